@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from grounding.lazy_pattern import LazyPattern
 from grounding.parse_result import OPEN, Parse, Question, shortened
 from grounding.references.function_words import SHAPE_WORDS
 from grounding.references.lexicon import GROUPS
@@ -51,8 +52,8 @@ _WITHIN = (
 _PARTS = r"(?:handles?|spouts?|lids?|blades?|nozzles?|caps?|tines?)"
 
 # Each: what is asked for, as it is named in the refusal, and how it is said.
-_REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
-    (what, re.compile(pattern))
+_REFUSED: tuple[tuple[str, LazyPattern], ...] = tuple(
+    (what, LazyPattern(pattern))
     for what, pattern in (
         (
             "an order of the objects",
@@ -91,11 +92,11 @@ _REFUSED: tuple[tuple[str, re.Pattern[str]], ...] = tuple(
          r"|inwards?|outwards?)\b"),
     )
 )  # fmt: skip
-_INSIDE = re.compile(
+_INSIDE = LazyPattern(
     rf"(?:\b(?:with|and)|,) (?:the|a|an|one|my|your) (?P<what>(?:\w+ ){{0,2}}?{_THING}){_GOES} {_WITHIN}(?! of the "
     r"(?:table|desk|board))\b"
 )
-_OTHERS = re.compile(rf"\b(?:{_NOUN}|everything|all|them|these|those|objects|things)\b")
+_OTHERS = LazyPattern(rf"\b(?:{_NOUN}|everything|all|them|these|those|objects|things)\b")
 _ALONG = re.compile(
     r"\b(?:along|against|hugging|flush with|following|parallel to|all the way down)(?: the| my| your| its| that| this| "
     r"one| an)*"
@@ -113,7 +114,7 @@ _DIRECTIONS = {
     ),
 }
 # "Stack the cups on the plate": which object carries the others. Tables and what lies on them flat carry everything.
-_ONTO = re.compile(
+_ONTO = LazyPattern(
     rf"\b(?:on|onto|on top of|atop|over) (?:it\b|(?:the|a|an|my|this|that) (?:\w+ ){{0,2}}?(?P<noun>{_NOUN})\b)"
 )
 _CARRIERS = frozenset("table tables board tray mat placemat cloth napkin shelf".split())
@@ -125,7 +126,7 @@ _ROTATIONS = {
     if structure.rotations
 }
 _PIECES = {
-    shape: re.compile(
+    shape: LazyPattern(
         rf"\bwith (?:the|a|an|its|my|your) {any_of(structure.pieces)} (?:on|to|at) (?:the|its|my|your)"
         r" (?:left|right|top|bottom|back|front)\b"
     )

@@ -10,6 +10,7 @@ There are three kinds, all with the hand pointing down or tilted by up to 40 deg
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ WIDEST = 0.165  # m between the fingers
 FLAT = 0.03  # m: lower than this is flat
 NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
 PINCH = 0.015  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
+FEWEST_POINTS = 10  # of a cloud that a hand can be fitted to
 YAWS = 12
 TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
 
@@ -86,11 +88,19 @@ def grasps_of(points: np.ndarray, support: float = 0.0, limit: int = 60) -> list
         support: z of the surface that it stands on.
         limit: the most grasps to return.
     """
+    return sorted(_grasps(points, support), key=lambda grasp: -grasp.quality)[:limit]
+
+
+def can_be_grasped(points: np.ndarray, support: float = 0.0) -> bool:
+    """Return whether the object has any grasp, as `grasps_of` takes it; stops at the first."""
+    return next(_grasps(points, support), None) is not None
+
+
+def _grasps(points: np.ndarray, support: float) -> Iterator[Grasp]:
     points = np.asarray(points, dtype=np.float64)
-    if len(points) < 10:
-        return []
-    found = _across(points, support) + _rim(points, support)
-    return sorted(found, key=lambda grasp: -grasp.quality)[:limit]
+    if len(points) >= FEWEST_POINTS:
+        yield from _across(points, support)
+        yield from _rim(points, support)
 
 
 def _in_hand(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
@@ -156,7 +166,7 @@ def _fitted(
     return None
 
 
-def _across(points: np.ndarray, support: float) -> list[Grasp]:
+def _across(points: np.ndarray, support: float) -> Iterator[Grasp]:
     low, high = np.percentile(points[:, 2], [1, 99])
     top, middle = float(high), np.median(points[:, :2], axis=0)
     corners = np.percentile(points[:, :2], [2, 98], axis=0)
@@ -164,7 +174,6 @@ def _across(points: np.ndarray, support: float) -> list[Grasp]:
     height = top - support
     kind = "flat" if height < FLAT else "across"
     depths = (height + 0.02,) if kind == "flat" else (0.05, 0.035, 0.022)
-    found = []
     for yaw in np.arange(YAWS) * math.pi / YAWS:
         closing = np.array([math.cos(yaw), math.sin(yaw)])
         side = np.array([math.sin(yaw), -math.cos(yaw)])
@@ -200,27 +209,25 @@ def _across(points: np.ndarray, support: float) -> list[Grasp]:
                     for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
                         turned = hand_pose(pose[:3, 3], yaw + turn, tilt if turn == 0.0 else -tilt)
                         turned[:3, 3] -= pinch * turned[:3, 1]
-                        found.append(Grasp(turned, width, opening, kind, float(quality)))
-    return found
+                        yield Grasp(turned, width, opening, kind, float(quality))
 
 
-def _rim(points: np.ndarray, support: float) -> list[Grasp]:
-    """Return grasps that pinch the wall of a hollow object at least 9 cm wide, from above."""
+def _rim(points: np.ndarray, support: float) -> Iterator[Grasp]:
+    """Yield grasps that pinch the wall of a hollow object at least 9 cm wide, from above."""
     top = float(np.percentile(points[:, 2], 98))
     rim = points[points[:, 2] > top - 0.008]
     if len(rim) < 20 or top - support < 0.012:
-        return []
+        return
     low, high = np.percentile(rim[:, :2], [2, 98], axis=0)
     middle = 0.5 * (low + high)
     if (high - low).min() < 0.09:
-        return []
+        return
     inner = points[np.linalg.norm(points[:, :2] - middle, axis=1) < 0.3 * (high - low).min()]
     if len(inner) < 5:
-        return []
+        return
     hollow = top - float(np.median(inner[:, 2]))
     if hollow < 0.008:
-        return []
-    found = []
+        return
     offsets = rim[:, :2] - middle
     angles, radii = np.arctan2(offsets[:, 1], offsets[:, 0]), np.linalg.norm(offsets, axis=1)
     for yaw in np.arange(16) * math.pi / 8:
@@ -243,5 +250,4 @@ def _rim(points: np.ndarray, support: float) -> list[Grasp]:
             if _in_hand(points, pose)[:, 2].min() < PALM_LEVEL + PALM_CLEARANCE:
                 continue
             opening = 0.8 if radius < 0.07 else 0.65
-            found.append(Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0)))
-    return found
+            yield Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))

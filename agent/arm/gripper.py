@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from agent.arm.arm_model import DEFAULT_MODEL, END_EFFECTOR, FINGER_TIPS, FINGERS, arm_model
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
@@ -89,6 +88,12 @@ def opening_for(widths: np.ndarray) -> float | None:
     return float(ANGLES[np.flatnonzero(passes)[-1]]) if passes.any() else None
 
 
+def _widest_near(widths: np.ndarray) -> np.ndarray:
+    """Return the largest width (L,) within three levels of each of `LEVELS`."""
+    beyond = np.pad(widths, 3, constant_values=-np.inf)
+    return np.max([beyond[shift : shift + len(widths)] for shift in range(7)], axis=0)
+
+
 def contact_angle(widths: np.ndarray) -> float | None:
     """Return the finger angle at which closing fingers first touch an object that is `widths` (L,) wide; `None` if
     never.
@@ -99,7 +104,7 @@ def contact_angle(widths: np.ndarray) -> float | None:
     meets = np.flatnonzero(((gaps() <= widths) & (widths > 0.0)).any(axis=1))
     if not len(meets):
         return None
-    around = maximum_filter1d(widths, 7)  # within 1 cm: few points may have been seen at one level
+    around = _widest_near(widths)  # within 1 cm: few points may have been seen at one level
     if np.where(widths > 0.0, around - gaps()[meets[0]], -np.inf).max() > ONTO:
         return None
     return float(ANGLES[meets[0]])

@@ -12,7 +12,6 @@ from agent.chat.greeting import invitation
 from agent.chat.view import SHOWN, ChatScreen
 from agent.errors import UsageError
 from agent.rendering.text import aligned
-from agent.reporting.replay import write_page
 from agent.runtime.settings import MOST_SEED
 from agent.scenes.files import SUFFIXES
 from agent.scenes.sources import SIMULATED
@@ -103,6 +102,8 @@ class CommandRunner:
             case "/load":
                 self._set_table(str(_path(rest)), talk.options.seed)
             case "/report":
+                from agent.reporting.replay import write_page  # the pages' modules are many, and few chats want one
+
                 page = self._file(name, _path(rest), (".html",)) if rest else self._session.with_name("report.html")
                 screen.busy("writing the page")
                 screen.note(f"report: {write_page(self._session, page)}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
-from agent.arm.grasps import grasps_of
+from agent.arm.grasps import can_be_grasped
 from agent.arm.placement_order import stands_above
 from agent.scenes.limits import MOST_OBJECTS
 from grounding.references.selection import SelectionError, select_objects
@@ -122,7 +122,7 @@ def _free(table: TableScene, scene: Scene, objects: tuple[str, ...]) -> bool:
         name in seen
         and id(models[name]) in suited
         and tilt_between(poses[name], np.eye(4)) < _UPRIGHT
-        and bool(grasps_of(clouds[seen[name]].points, bottoms[seen[name]]))
+        and can_be_grasped(clouds[seen[name]].points, bottoms[seen[name]])
         and not any(stands_above(upper, seen[name], outlines, bottoms) for upper in range(len(clouds)))
         for name in objects
     )

@@ -60,13 +60,17 @@ class Chat:
         """Return 0, or the exit code of the worst error of the chat."""
         return DEFECT if self.defects else NotWritten.exit_code if self.unwritten else DONE
 
-    def run(self) -> None:
+    def run(self, on_table: Callable[[], None] = lambda: None) -> None:
         """Process lines until they end or the user quits.
+
+        Args:
+            on_table: called once the table is shown, before the first line is asked for.
 
         Raises:
             KeyboardInterrupt: if it is interrupted three times in a row.
         """
         self._commands.show_table()
+        on_table()
         while True:
             try:
                 self._stopped()

@@ -47,11 +47,10 @@ def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO
         with Conversation(options, cache, [screen, _TurnRecords(writer)]) as conversation:
             preloading = Thread(target=_preload, args=(cache, options), daemon=True)
             with exit_on_repeated_interrupts(console.file) as stopped, _without_control_echo(lines):
-                preloading.start()
                 try:
                     source = _lines(lines, console, conversation)
                     chat = Chat(conversation, screen, source, session, yes, stopped)
-                    chat.run()
+                    chat.run(preloading.start)  # not sooner: it would slow down what the user waits for
                 finally:
                     _join(preloading)
     return chat.exit_code
@@ -84,11 +83,8 @@ def _without_control_echo(lines: TextIO) -> Iterator[None]:
 
 def _preload(cache: ResourceCache, options: RunOptions) -> None:
     """Load the models; a known error is ignored here, because it is raised again and shown when they are needed."""
-    import torch
-
     from agent.errors import exit_code_of
 
-    torch.set_num_threads(1)  # the tensors are too small for several threads to pay
     try:
         cache.preload(options.reading, options.model, options.weights, options.allow_unverified)
     except Exception as error:

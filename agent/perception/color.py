@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
 
 _WINDOW = 61  # pixels across the table's colour about a pixel: lamps and grain change it slowly
 _LEAST = 1.5  # standard deviation in CIELAB of a table in one colour: what a camera's own noise is
@@ -57,6 +56,8 @@ def _about(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tup
     whole = colors[table].mean(axis=0)
     if shape[0] == 1:
         return np.broadcast_to(whole, colors.shape)
+    from scipy import ndimage  # takes as long to import as numpy, and only clouds with a table around them need it
+
     # A thousandth of the whole table's colour, for where none of it is near.
     weight = 1e-3
     sums = np.zeros((shape[0] * shape[1], 4), np.float32)

@@ -4,29 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from agent.errors import NoValidGoal, UsageError
-from agent.model_cards.provenance import provenance_of, require_cards
+from agent.model_cards.provenance import Provenance, provenance_of, require_cards
 from structdiffusion.observation import Arrangement
-from structdiffusion.planners.factory import Planner, load_planner
 from structdiffusion.planners.registry import PLANNERS, legal_instead_of
+
+if TYPE_CHECKING:
+    from structdiffusion.planners.factory import Planner
 
 # An arrangement that its own scores give less than this is not worth a try.
 LEAST_SCORE = 0.05
+
+
+def check_planner(name: str, weights: Path | None, allow_unverified: bool = False) -> dict[str, Provenance]:
+    """Check a planner's name and the cards of its checkpoints, without loading them.
+
+    Returns:
+        What is known of the files of its networks, by network.
+
+    Raises:
+        UsageError: for an unknown name.
+        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
+    """
+    if name not in PLANNERS:
+        raise UsageError(f"--model cannot be {name!r}; {legal_instead_of(name)}")
+    found = provenance_of(name, weights)
+    if not allow_unverified:
+        require_cards(found)
+    return found
 
 
 def checked_planner(name: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
     """Load a planner by name, with the checkpoints in a folder, or the shipped ones if it is `None`.
 
     Raises:
-        UsageError: for an unknown name.
-        NotVerified: for checkpoints that are not what their cards say, unless that is allowed.
+        UsageError, NotVerified: as `check_planner`.
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
-    if name not in PLANNERS:
-        raise UsageError(f"--model cannot be {name!r}; {legal_instead_of(name)}")
-    if not allow_unverified:
-        require_cards(provenance_of(name, weights))
+    check_planner(name, weights, allow_unverified)
+    from structdiffusion.planners.factory import load_planner  # it imports torch, which a chat loads while the user types
+
     return load_planner(name, weights)
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from grounding.interpreter import Interpreter
-
 if TYPE_CHECKING:
     from grounding.goal_reading.reader import GoalReader
+    from grounding.interpreter import Interpreter
     from grounding.llm_goals.reader import GoalWriter, LLMGoalReader
     from grounding.parse_result import Parser
     from grounding.parsers.llm_endpoint import EndpointLLM
@@ -53,6 +52,7 @@ def make_interpreter(
         encoder: share a loaded built-in one.
         strict: raise the LLM's errors instead of falling back to the embedding parser.
     """
+    from grounding.interpreter import Interpreter  # a chat reads its first sentence after its prompt
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
     encoder = encoder or SentenceEncoder()

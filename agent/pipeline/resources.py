@@ -46,19 +46,29 @@ class ResourceCache:
         with self._lock:
             interpreter = self._interpreters.get(options)
             if interpreter is None or interpreter.fallback:
+                if options.parser != "embedding" or options.encoder is not None:
+                    _use_one_thread()
                 interpreter = self._interpreters[options] = make_interpreter(options, self.encoder)
             return interpreter
 
+    def check_planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> None:
+        """Check a planner and keep its provenance, as `agent.pipeline.candidates.check_planner` does, without loading it."""
+        from agent.pipeline.candidates import check_planner
+
+        with self._lock:
+            if (model, weights, allow_unverified) not in self._planners:
+                self._provenance[model, weights] = check_planner(model, weights, allow_unverified)
+
     def planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> Planner:
         """Return a planner, as `agent.pipeline.candidates.checked_planner` does."""
-        from agent.model_cards.provenance import provenance_of
-        from agent.pipeline.candidates import checked_planner
-
         key = (model, weights, allow_unverified)
         with self._lock:
             if key not in self._planners:
-                self._planners[key] = checked_planner(model, weights, allow_unverified)
-                self._provenance[model, weights] = provenance_of(model, weights)
+                self.check_planner(model, weights, allow_unverified)
+                from structdiffusion.planners.factory import load_planner
+
+                _use_one_thread()
+                self._planners[key] = load_planner(model, weights)
             return self._planners[key]
 
     def goal_planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> GoalPlanner:
@@ -68,7 +78,7 @@ class ResourceCache:
         return GoalPlanner(self.planner(model, weights, allow_unverified))
 
     def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
-        """Return what is known of the files of a planner's networks, by network; the planner must have been loaded
+        """Return what is known of the files of a planner's networks, by network; the planner must have been checked
         before."""
         return self._provenance[model, weights]
 
@@ -77,11 +87,13 @@ class ResourceCache:
     ) -> None:
         """Load what these options will need, and try the parser once, whose first answer takes longer.
 
+        Whoever needs one of them meanwhile waits for it, and for it alone: a sentence is read before the planner is there.
+
         Raises: as the parts do.
         """
-        with self._lock:  # whoever needs them meanwhile waits, and does not load them twice
+        with self._lock:
             self.interpreter(reading).parse("a circle")
-            self.planner(model, weights, allow_unverified)
+        self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
         """Return a scene source, as `agent.scenes.sources.scene_source`; files are read again, because they can be
@@ -94,3 +106,10 @@ class ResourceCache:
             if objects not in self._libraries:
                 self._libraries[objects] = scene_source(scene, objects)
             return self._libraries[objects]
+
+
+def _use_one_thread() -> None:
+    """Let torch compute in one thread: the tensors are too small to share, and threads would wait for each other."""
+    import torch
+
+    torch.set_num_threads(1)

@@ -123,15 +123,12 @@ class _Run:
             source = cache.source(options.scene, options.objects, options.recorded)
             opening = time.perf_counter() - began
         self.step, began = "parse", time.perf_counter()
-        import torch
-
-        torch.set_num_threads(1)  # the tensors are too small to share; threads would wait for each other
         goal = cache.interpreter(options.reading).interpret(self.text)
         if goal.status != "ok":
             raise NotBuildable(goal.message)
         seconds = time.perf_counter() - began
-        self.step = "model"  # early, because a wrong name or a broken checkpoint should not cost a minute
-        planner = cache.planner(options.model, options.weights, options.allow_unverified)
+        self.step = "model"  # early, because a wrong name or a changed checkpoint should not cost a minute
+        cache.check_planner(options.model, options.weights, options.allow_unverified)
         networks = cache.provenance(options.model, options.weights)
         self.step, began = "scene", time.perf_counter() - opening
         if source is None:
@@ -145,6 +142,10 @@ class _Run:
         if spec is not None:
             yield parsed_event(goal, seconds)
             yield from map(events.Noted, notes)
+        opening = time.perf_counter() - began
+        self.step = "model"  # after what was understood is told, because loading a network takes longer than reading
+        planner = cache.planner(options.model, options.weights, options.allow_unverified)
+        self.step, began = "scene", time.perf_counter() - opening
         with source.open(goal, options.seed) as table:
             if planned_as_structure(spec):
                 scene = table.look()

@@ -11,11 +11,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
-from agent.arm.grasps import grasps_of
+from agent.arm.grasps import can_be_grasped
 from agent.errors import BadInput, NotBuildable, UsageError
 from agent.perception.overlay import labelled_picture
 from agent.perception.segmentation import segment
@@ -28,7 +28,6 @@ from agent.scenes.object_attributes import attributes_at
 from agent.scenes.object_placement import placement_of, saved_objects
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
-from grounding.interpreter import Interpretation
 from grounding.references.attributes import COLOR_WORDS, ObjectAttributes, SceneObject
 from grounding.references.object_names import read_name
 from structdiffusion.completion.bodies import bodies_of
@@ -36,6 +35,9 @@ from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.simulation.depth_camera import camera_at
+
+if TYPE_CHECKING:
+    from grounding.interpreter import Interpretation
 
 _UNKNOWN = "object"
 _MESHES = "meshes"  # the folder beside a saved scene file
@@ -144,6 +146,8 @@ class RecordedSource:
         """Return the scene as `SceneSource.saved` does; the bodies are written to a folder of meshes beside the scene
         file.
         """
+        import trimesh  # takes long to import, and only saving needs it
+
         meshes = folder / _MESHES
         meshes.mkdir(parents=True, exist_ok=True)
         pose_of = table.poses()
@@ -194,7 +198,7 @@ def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) ->
     """Say why the arm cannot grasp an object; empty if it can."""
     if table.overhang(world_from_object[None, :2, 3]) > 0.0:
         return "out of the arm's reach"
-    return "" if grasps_of(cloud.points) else "no grasp fits the hand"
+    return "" if can_be_grasped(cloud.points) else "no grasp fits the hand"
 
 
 class RecordedScene(TableScene):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, RelationPart, StructurePart
-from grounding.interpreter import Interpretation
 from grounding.references.attributes import SceneObject
 from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
 from structdiffusion.data.scene_sampling import SceneError, eligible
@@ -21,6 +21,9 @@ from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import Table
 from structdiffusion.structures import STRUCTURES
+
+if TYPE_CHECKING:
+    from grounding.interpreter import Interpretation
 
 MOST_OBJECTS = 10  # on a drawn table
 _DRAWS = 60

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
-from grounding.interpreter import Interpretation
 from grounding.references.attributes import SceneObject
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, eligible
 from structdiffusion.objects.model import ObjectModel, unique_names
+
+if TYPE_CHECKING:
+    from grounding.interpreter import Interpretation
 
 MOST_OBJECTS = 7  # that take part in a drawn scene
 _DRAWS = 60  # a few suffice unless the instruction asks for a rare mixture, such as two cans and the only mug

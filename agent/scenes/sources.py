@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -20,11 +20,13 @@ from agent.scenes.several_parts import several_parts_scene
 from agent.scenes.simulated import SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
-from grounding.interpreter import Interpretation
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
 from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
+
+if TYPE_CHECKING:
+    from grounding.interpreter import Interpretation
 
 SIMULATED, EXAMPLE = "simulated", "example"
 RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cache
 
 from grounding.dialogue.act_patterns import WORDINGS
 from grounding.dialogue.act_words import COLORS, NO_THING, PARTS, RELATIONS_SAID
@@ -53,7 +54,12 @@ def _wordings(kind: str) -> list[re.Pattern[str]]:
     return [_compiled(line.strip()) for line in lines if line.strip()]
 
 
-_PATTERNS = [(kind, pattern) for kind in KINDS for pattern in _wordings(kind)]
+@cache
+def _patterns() -> list[tuple[str, re.Pattern[str]]]:
+    """Compile all wordings, when the first line is read: a chat shows its prompt before that."""
+    return [(kind, pattern) for kind in KINDS for pattern in _wordings(kind)]
+
+
 _PLACED = _compiled("<THING>( (that|which) (is|are|stands?|lies?)| standing| lying)? <REL> <THE><OTHER>")
 _COURTESIES = [
     (kind, re.compile(rf"(?:{_compiled(f'<{part}>').pattern})[, ]+(?=\S)"))
@@ -152,7 +158,7 @@ def _acts(said: str) -> list[Act] | None:
 
 
 def _act(said: str, asked: bool) -> Act | None:
-    for kind, pattern in _PATTERNS:
+    for kind, pattern in _patterns():
         found = pattern.fullmatch(said) or (pattern.fullmatch(f"{said}?") if asked else None)
         if found is not None:
             parts = {name: words or "" for name, words in found.groupdict().items()}

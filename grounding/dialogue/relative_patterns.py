@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-import re
+from grounding.lazy_pattern import LazyPattern
 
 _IT = r"(?:it|them|all of (?:it|them)|that|this|these|those|everything|(?:the|that) (?:\w+ )?\w+)"
 _BIT = (
@@ -55,8 +55,8 @@ _OPEN = (
 )
 
 # (pattern, slot, how, by); earlier ones take their words away from later ones.
-PATTERNS: list[tuple[re.Pattern[str], str, str, int | None]] = [
-    (re.compile(rf"\b(?:{pattern})(?![\w'])"), slot, how, by)
+PATTERNS: list[tuple[LazyPattern, str, str, int | None]] = [
+    (LazyPattern(rf"\b(?:{pattern})(?![\w'])"), slot, how, by)
     for pattern, slot, how, by in (
         # what is to be left open
         *(

@@ -16,7 +16,6 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
-import trimesh
 import vhacdx
 from scipy.spatial import ConvexHull, QhullError
 
@@ -102,6 +101,8 @@ def signed_distance(points: np.ndarray, parts: tuple[np.ndarray, ...]) -> np.nda
 
 def refine(vertices: np.ndarray, faces: np.ndarray, share: float) -> tuple[np.ndarray, np.ndarray]:
     """Subdivide a surface until no edge is longer than this share of the surface's length."""
+    import trimesh  # not above: most of this module's users need hulls alone, and it takes long to import
+
     longest = share * float(np.ptp(vertices, axis=0).max())
     refined = trimesh.remesh.subdivide_to_size(np.array(vertices), np.array(faces, dtype=np.int64), longest)
     return np.asarray(refined[0]), np.asarray(refined[1])

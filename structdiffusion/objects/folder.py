@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 from structdiffusion.limits import MESH_FINE_FACES, SLOW_BYTES, glb_faces
-from structdiffusion.objects.mesh_preparation import prepare
 from structdiffusion.objects.mesh_process import prepare_apart
 from structdiffusion.objects.model import ObjectError, ObjectModel
 
@@ -81,7 +80,11 @@ def object_from_file(path: Path, name: str, category: str | None = None) -> Obje
             the message says why.
     """
     category = category or category_of(path.stem)
-    return prepare_apart(path, name, category) if _is_large(path) else prepare(path, name, category)
+    if _is_large(path):
+        return prepare_apart(path, name, category)
+    from structdiffusion.objects.mesh_preparation import prepare  # it takes long to import, and most runs read no mesh
+
+    return prepare(path, name, category)
 
 
 def _is_large(path: Path) -> bool:

@@ -7,10 +7,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
-import pybullet_data
-import trimesh
 
-from structdiffusion.objects.meshes import object_from_mesh
 from structdiffusion.objects.model import ObjectError, ObjectModel
 
 AVAILABLE = 1000
@@ -30,6 +27,8 @@ def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
     """
     if not 1 <= count <= AVAILABLE:
         raise ObjectError(f"count must be between 1 and {AVAILABLE}, got {count}")
+    import pybullet_data
+
     root = Path(pybullet_data.getDataPath()) / "random_urdfs"
     models: list[ObjectModel] = []
     for folder in sorted(root.iterdir()):
@@ -43,6 +42,10 @@ def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
 
 
 def _object(urdf: Path) -> ObjectModel | None:
+    import trimesh  # not above: the table of libraries names this one, and most runs take another
+
+    from structdiffusion.objects.meshes import object_from_mesh
+
     link = ElementTree.parse(urdf).getroot().find("link")
     shape = link.find("collision/geometry/mesh")
     mesh = trimesh.load(urdf.parent / shape.get("filename"), force="mesh", process=False)

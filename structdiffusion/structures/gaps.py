@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import CLEARANCE, SIZE_BANDS, max_gap_off
@@ -123,6 +122,7 @@ def ring_angles(
             return 2 * np.arcsin(np.minimum(lengths / (2 * r), 1.0))
 
         if radius is None:
+            from scipy.optimize import brentq  # takes longer to import than all structures
 
             def excess(r: float) -> float:
                 steps = steps_at(r)

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from structdiffusion.evaluation_protocol import MAX_OFF_LATTICE, MAX_UNEVEN_PITCH
 
@@ -81,6 +80,8 @@ def _fitted(points: np.ndarray, heading: float, rows: int, columns: int, towards
         places[members[np.argsort(along[members])], 1] = np.arange(columns)
     short = order[len(full) * columns :]
     if len(short):
+        from scipy.optimize import linear_sum_assignment  # takes longer to import than all structures
+
         usual = _column_means(along, places, np.concatenate(full), columns)
         taken = linear_sum_assignment((along[short][:, None] - usual) ** 2)[1]
         places[short] = np.column_stack((np.full(len(short), len(full)), taken))

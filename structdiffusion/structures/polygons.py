@@ -11,7 +11,6 @@ import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from structdiffusion.evaluation_protocol import MAX_OFF_CORNER, MAX_OFF_OUTLINE, MAX_OUTLINE_GAP_RATIO
 from structdiffusion.structures.checks import Check
@@ -82,6 +81,8 @@ def corner_distances(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 def corner_objects(points: np.ndarray, corners: np.ndarray) -> tuple[int, ...]:
     """Return which point (N, 2) stands at each corner (C, 2), each at one: by the least sum of squared distances."""
+    from scipy.optimize import linear_sum_assignment  # takes longer to import than all structures
+
     squares = ((corners[:, None] - points) ** 2).sum(axis=2)
     return tuple(linear_sum_assignment(squares)[1])
 

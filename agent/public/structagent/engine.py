@@ -17,12 +17,16 @@ _LOCK = RLock()
 
 @lru_cache(maxsize=1)
 def _resources() -> ResourceCache:
-    from structdiffusion.simulation.pybullet_import import import_pybullet_silently
-
-    import_pybullet_silently()
     from agent.pipeline.resources import ResourceCache
 
     return ResourceCache()
+
+
+@contextmanager
+def reading() -> Iterator[ResourceCache]:
+    """Give the shared models to one thread at a time for what the embedding parser does: it needs no torch."""
+    with _LOCK:
+        yield _resources()
 
 
 @contextmanager
@@ -32,6 +36,9 @@ def computing() -> Iterator[ResourceCache]:
     With one thread results are the same on every machine, and the tensors are too small to be shared anyway.
     """
     with _LOCK:
+        from structdiffusion.simulation.pybullet_import import import_pybullet_silently
+
+        import_pybullet_silently()
         import torch
 
         threads = torch.get_num_threads()

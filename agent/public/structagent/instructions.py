@@ -13,7 +13,7 @@ from grounding.references.attributes import SceneObject
 from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
 from structagent.arguments import check_choice, check_text, is_listing, shown, wrong_argument
 from structagent.clouds import checked_names
-from structagent.engine import computing
+from structagent.engine import computing, reading
 from structagent.errors import StructagentError, in_python, public_errors
 from structagent.scenes import Scene
 
@@ -93,7 +93,7 @@ def parse(
         StructagentError: for a text or names that are no strings, and an unknown viewpoint or parser.
     """
     referents = objects.referents if isinstance(objects, Scene) else _named_objects(objects)
-    with computing() as cache:
+    with computing() if parser == "llm" else reading() as cache:
         goal = _interpreted(cache, text, viewpoint, parser, referents)
     names = [each.name for each in referents or ()]
     display = dict(zip(names, objects.names, strict=True)) if isinstance(objects, Scene) else {}
