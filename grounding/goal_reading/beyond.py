@@ -115,3 +115,15 @@ def known(phrases: Sequence[NounPhrase]) -> bool:
     return bool(phrases) and all(
         phrase.kind == "structure" or (phrase.mention is not None and phrase.mention.known) for phrase in phrases
     )
+
+
+def unknown_subjects(chunks: Sequence[Chunk]) -> tuple[str, ...]:
+    """Return the words that are not understood and stand where objects are named: "glorp on the left"."""
+    found = []
+    for number, chunk in enumerate(chunks):
+        before = chunks[number - 1].kind if number else "stop"
+        after = chunks[number + 1].kind if number + 1 < len(chunks) else ""
+        word = chunk.kind == "unknown" and chunk.said.isalpha() and len(chunk.said) > 2
+        if word and before in ("stop", "and", "comma", "then") and after in ("place", "relation", "along", "beside each other"):
+            found.append(chunk.said)
+    return tuple(found)

@@ -23,7 +23,7 @@ _WITH_OBJECT = re.compile(
     rf"(?:(?:,|and|but|while|by) )*(?:without (?:ever )?{_HARMING}"
     rf"|(?:(?:please|just) )*(?:do not|don't|dont|never|try not to|be careful not to|careful not to|take care not to|mind you don't|so as not to"
     rf"|make sure (?:not to|that you don't|you don't|that you do not|you do not)|making sure not to|taking care not to|being careful not to|not) {_HARM}"
-    rf"|so (?:that )?(?:it|they|nothing|none of them) (?:don't|doesn't|do not|does not|won't|can't|cannot) (?:touch|{_HARM}|collide with|get in the way of|block)"
+    rf"|(?:so (?:that )?(?:it|they|nothing|none of them)|that|which) (?:don't|doesn't|do not|does not|won't|can't|cannot) (?:touch|{_HARM}|collide with|get in the way of|block)"
     r"|mind|(?:be )?mindful of|watch(?: out)?(?: for)?|look out for|beware of|be careful with|be gentle with|careful with|gentle with"
     r"|take (?:good )?care (?:of|with)|go easy on|be careful around|careful around)(?= )"
 )

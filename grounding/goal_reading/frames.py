@@ -377,6 +377,10 @@ class Framer:
             self._copies = (chunk, chunk.value.count)
             self._extend(chunk)
             return end
+        own = [one.value.name for one in (*frame.get("shape"), *frame.get("verb shape"))] if chunk.kind == "shape" else []
+        if own == [chunk.value.name if own else ""] and self._pending == "and" and chunk.value.definite and not chunk.value.linked:
+            self._close()  # "put the cups in a row and the row on the left"
+            return self._structure_objects(at)
         if chunk.kind == "shape" and self._names_structure(chunk):
             return self._structure_objects(at)
         if chunk.kind == "shape" and frame.has("shape") and self._pending is not None:

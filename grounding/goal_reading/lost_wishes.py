@@ -14,9 +14,9 @@ _WORDS = frozenset(
     "ascending descending rising falling increasing decreasing sequence sequential sequentially leading trailing foremost hindmost "
     "outermost innermost uppermost lowermost topmost bottommost taller shorter wider narrower thicker thinner heavier lighter "
     "alternate alternating alternately interleaved interleave elsewhere except excluding unless "
-    "twice double doubled triple thrice halved upended flipped inverted sideways tilted leaning slanted slanting "
+    "twice double doubled triple thrice halved upended flipped inverted sideways tilted slanted slanting "
     "forbidden prohibited taboo likewise ditto respectively clockwise anticlockwise counterclockwise inward inwards "
-    "outward outwards mirrored staggered concentric interlocking".split()
+    "outward outwards mirrored staggered concentric interlocking repeat repeatedly".split()
 )
 _PHRASES = re.compile(
     r"\b(?:off limits|out of bounds|other way|vice versa|as (?:big|long|wide|tall) as|in turns|every (?:other|second|third))\b"
@@ -29,6 +29,24 @@ _NO_SUPERLATIVES = frozenset(
     "prettiest neatest tidiest quickest fastest simplest cleanest greatest soonest earliest infest ingest molest latest slightest "
     "favourest loveliest happiest hardest strongest weakest sunday unrest".split()
 )
+
+
+_SIDE_BY = r"(?:on|onto|in|into|inside|next to|beside|behind|in front of|between|by|at|for|near)"
+# What no goal can hold, however much of the rest is understood.
+_NEVER_HELD = re.compile(
+    r"\b(?:(?:above|below|under|beneath|underneath|off|over) the (?:table|desk)"
+    r"|(?:on|onto|in|into|inside|to|off|from) (?:the|my|your|a) (?:floor|ground|shelf|drawer|cupboard|cabinet|fridge|oven|sink|trash|garbage"
+    r"|dishwasher|chair|sofa|closet|pocket|lap|stove|counter)"
+    rf"|(?:one|an?) \w+ {_SIDE_BY} (?:each|every)(?! (?:side|end|other)\b)|each \w+ {_SIDE_BY} (?:an?|one|its own)\b(?! (?:row|line|circle|side|pile|group|cluster|place|tower))"
+    r"|between every two(?! (?:neighbou?rs?|of them|adjacent)\b)|(?<!left )(?<!right )(?<!front )(?<!back )(?<!near )(?<!far )(?:half|most|a third|a quarter|a part) of (?:the|my|these|those|them)(?! (?:table|desk|surface|row|way)\b)|(?:half|twice|(?:two|three|four|\d+) times) as \w+"
+    r"|leaning(?! (?:over|back))|facing (?:each other|one another|inwards?|outwards?|the (?:cans?|cups?|bowl|plate|mug)))\b",
+    re.IGNORECASE,
+)
+
+
+def never_held(text: str) -> tuple[str, ...]:
+    """Return the phrases of a text that ask for what no goal can hold: "one cup on each can", "on the floor"."""
+    return tuple(match.group() for match in _NEVER_HELD.finditer(text))
 
 
 def lost_wishes(

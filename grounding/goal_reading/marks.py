@@ -39,6 +39,7 @@ _NEGATED = re.compile(
 _STAYS = re.compile(
     r"(?:(?:(?:(?:is|are|should be|must be) not|isn't|aren't) (?:a )?(?:part of|involved in|included in|in|needed in|needed for|needed|included|involved|used|to be (?:used|moved|touched|included|disturbed))(?: (?:it|this|that|them))?"
     r"|(?:should|must|may|can|shall|will|do|does) not (?:be )?(?:moved?|touched|shifted|used|disturbed)|(?:mustn't|shouldn't|can't|cannot|don't|doesn't) (?:be (?:moved|touched|shifted|used|disturbed)|move)"
+    r"|(?:can|should|must|may|is to|are to|is|are|to) be (?:left out|left alone|skipped|ignored|omitted|excluded|forgotten|left where (?:it|they) (?:is|are))"
     r"|where (?:it|they) (?:is|are|was|were)(?: now)?|alone|untouched|in (?:its|their) place|as (?:it|they) (?:is|are)|out of (?:it|this)|be|there|(?:can|should|must|may|to) (?:stay|remain)(?: where (?:it|they) (?:is|are)| put| there| untouched)?|stays?(?: where (?:it|they) (?:is|are)| put| there| in place| untouched)?|(?:doesn't|don't|does not|do not) (?:count|belong|matter|take part|join(?: in)?|play a (?:part|role))|(?:stays?|remains?|is left|are left) (?:unchanged|unmoved|the same|as is|still|out of (?:it|this|that))|remains?(?: where (?:it|they) (?:is|are)| there| in place| untouched)?))(?= [.,;!?]| and| but|$| please)"
 )
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from grounding.goal_reading.goal_words import PATTERN_WORDS
 from grounding.goal_reading.measures import COUNTS, UNITS, count_at
 from grounding.goal_reading.tokens import LENGTH, Words
+from grounding.goal_reading.verb_words import VERBS
 from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES, TELLING_ADJECTIVES
 from grounding.references.function_words import (
     AMBIGUOUS,
@@ -44,6 +45,7 @@ _ALONE = frozenset(
 )
 # "The roll of tape" is the tape, "a piece of fruit" a fruit.
 _AFTER_MODAL = frozenset("you we i u be go do it they stay remain stand come have just also then not rest sit lie".split())
+_IN_COMPOUNDS = frozenset("breakfast lunch dinner supper tea birthday party kitchen baby kid kids table desk office".split())
 _PORTIONS = frozenset("roll reel spool stick bar piece pair item bit can box bottle".split()) - {"can", "box", "bottle"}
 COMPOUND_NOUNS: Mapping[tuple[str, str], str] = {
     ("felt", "tip"): "marker", ("felt", "pen"): "marker", ("magic", "marker"): "marker", ("tea", "spoon"): "teaspoon", ("tin", "can"): "can",
@@ -228,9 +230,15 @@ class NounParts:
             return ANY, GENERIC[word] != "one", at + 1, True, [], False
         if word in self.forms and not self._no_noun(at, place, determined or described):
             noun, many = self.forms[word]
+            if not many and said.word(at + 1) in ("thing", "thingy", "one") and determined:
+                return noun, many, at + 2, True, [], False  # "the hammer thing"
             if said.word(at + 1) == "of" and (filling := singular(said.word(at + 2))) in FILLINGS:
                 return noun, many, at + 3, True, [filling], False
             return noun, many, at + 1, True, [], False
+        if determined and (word in _IN_COMPOUNDS or word in VERBS) and said.word(at + 1) in self.forms:
+            if said.word(at) != "can" and not self._no_noun(at + 1, place, True):
+                noun, many = self.forms[said.word(at + 1)]  # "the jam jar", "the dinner plate"
+                return noun, many, at + 2, True, [word], False
         if (determined or described) and self._unknown_noun(at):
             end = at + 1
             while end - at < 3 and self._unknown_noun(end) and said.word(end) not in self.forms:

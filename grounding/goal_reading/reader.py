@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from grounding.goal_reading.beyond import asks_beyond, known
+from grounding.goal_reading.beyond import asks_beyond, known, unknown_subjects
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.chunks import Chunker
 from grounding.goal_reading.clauses import Clauses
@@ -16,7 +16,7 @@ from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.drafts import ImpossibleError
 from grounding.goal_reading.frames import Framer
-from grounding.goal_reading.lost_wishes import lost_wishes
+from grounding.goal_reading.lost_wishes import lost_wishes, never_held
 from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.reports import without_reports
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
@@ -132,7 +132,7 @@ class GoalReader:
         composer = Composer(text, frames, find)
         known_there = None if catalogue else there
         reading = GoalReading(
-            residue=tuple(chunk.said for chunk in framer.residue),
+            residue=(*(chunk.said for chunk in framer.residue), *never_held(text)),
             beyond=asks_beyond(chunks, frames),
             verbs=any(chunk.kind == "verb" for chunk in chunks),
             lost=_lost(framer, composer, known_there),
@@ -180,10 +180,12 @@ def _lost(framer: Framer, composer: Composer, there: Sequence[SceneObject] | Non
     objects = [one.said for one in framer.residue if there and one.kind == "noun phrase" and known([one.value])]
     objects += [phrase.text for phrase in composer.unused if there and known([phrase])]
     colours = {colour for each in there or () if each.attributes is not None for colour in each.attributes.colors}
+    subjects = unknown_subjects(framer.chunks) if there else ()
+    held = never_held(composer.text)
     return lost_wishes(
         composer.text,
-        [*(one.said for one in framer.residue), *(phrase.text for phrase in composer.unused)],
-        objects,
+        [*(one.said for one in framer.residue), *(phrase.text for phrase in composer.unused), *held],
+        [*objects, *subjects, *held],
         colours,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,6 +12,10 @@ from grounding.parse_result import OBJECT, Question
 from grounding.references.attributes import COMPARATIVES, MEASURES, SUPERLATIVES, SceneObject, is_color
 from grounding.references.candidates import Candidates
 from grounding.references.phrases import ANY, Mention
+
+_SHARE = re.compile(
+    r"(?:about |roughly )?(?:half|most|a few|few|several|some of|many of|a handful|part of|a third|a quarter)\b", re.IGNORECASE
+)
 
 
 class ReadingError(ValueError):
@@ -214,6 +219,8 @@ class SceneReferences:
 
     def _counted(self, phrase: NounPhrase, found: list[int]) -> list[int]:
         mention = phrase.mention
+        if mention.count is None and _SHARE.match(phrase.text) and len(found) > 1 and not self.catalogue:
+            raise ReadingQuestion(self._question(phrase, found))
         if mention.count is None:
             return sorted(found)
         if mention.count < 0:

@@ -22,8 +22,11 @@ _MORE = frozenset(
     "behind beside next between above below near front left right corner middle center bottom swap space together line stack "
     "circle triangle rectangle square pyramid cross grid arc row column height colour order tallest shortest biggest smallest largest "
     "closest nearest farthest furthest nearer closer farther further leftmost rightmost present remaining former latter whatever whichever power same "
-    "thing things".split()
+    "thing things everything anything something nothing another others".split()
 )
+_SHORTHAND = {"tnx": "thanks", "thanx": "thanks", "tks": "thanks", "nxt": "next", "evrything": "everything", "btwn": "between", "bhnd": "behind"}
+# Words of four letters that may have lost one.
+_SHORT = ("next", "left", "near", "back", "with", "into", "them", "side")
 
 
 def corrected(word: str, nouns: Vocabulary, known: Collection[str]) -> str:
@@ -36,6 +39,10 @@ def corrected(word: str, nouns: Vocabulary, known: Collection[str]) -> str:
     """
     if word in SHORTHAND and word not in ("id", "si", "sm", "lg", "cas"):
         return SHORTHAND[word]
+    if word in _SHORTHAND:
+        return _SHORTHAND[word]
+    if len(word) == 3 and word.isalpha() and word not in (*_words(), *nouns.forms, *known):
+        return _short(word, nouns.heads) or word
     if word in _words() or word in nouns.forms or word in known or not 4 <= len(word) <= 24 or not word.isascii():
         return word
     return _nearest(word, frozenset(nouns.heads)) or word
@@ -69,6 +76,17 @@ def _nearest(word: str, heads: frozenset[str]) -> str | None:
     reach = 1 if len(word) < 7 else 2
     found = process.extract(word, candidates, scorer=OSA.distance, score_cutoff=reach, limit=None)
     ranked = [
-        (hit[1] + 0.6 * (hit[0][0] != word[0]) - 0.3 * (hit[0] in _MORE or hit[0] in heads), hit[0]) for hit in found
+        (hit[1] + 0.6 * (hit[0][0] != word[0]) - (0.7 if hit[0] in heads else 0.3 * (hit[0] in _MORE)), hit[0])
+        for hit in found
     ]
     return min(ranked)[1] if ranked else None
+
+
+def _short(word: str, heads: Collection[str]) -> str | None:
+    """Return the object's name of which three letters are a typing error: two that changed places, or one that is missing."""
+    for known in (*sorted(heads), *_SHORT):
+        swapped = len(known) == 3 and known in (word[1] + word[0] + word[2], word[0] + word[2] + word[1])
+        missing = len(known) == 4 and known[0] == word[0] and any(known[:i] + known[i + 1 :] == word for i in range(1, 4))
+        if swapped or missing:
+            return known
+    return None

@@ -9,8 +9,8 @@ _VERBS = {
     "place": "put place set position lay arrange organize organise move bring shift slide push pull drag transfer relocate stand "
     "sit drop keep want have get tuck pop stick park distribute display rearrange order nudge scoot rest deposit locate "
     "shove plop stash store situate carry reposition wedge plonk chuck configure fit insert dump slot need pose perch plunk nestle "
-    "squeeze balance mount prop toss send return lift scooch shuffle swing steer roll lean lower raise install settle seat assign "
-    "allocate dispose station pitch hoist ease deliver direct fix pin sandwich tidy sweep rest lodge squash squish jam cram shimmy "
+    "squeeze balance mount toss send return lift scooch shuffle swing steer roll lower raise install settle seat assign "
+    "allocate dispose station hoist ease deliver direct fix pin sandwich tidy sweep rest lodge squash squish jam cram shimmy "
     "budge jiggle edge guide load stuff bung whack slap bump dock anchor hide give centre center "
     "wiggle inch migrate transport ferry haul lug tote heave reseat add nest stow run whip hop sling "
     "reorganize reorganise readjust adjust restore relay trundle glide snuggle squirrel cradle ram shunt",
@@ -25,7 +25,7 @@ _VERBS = {
     "spread": "spread space scatter disperse strew",
     "surround": "surround encircle circle ring enclose encompass",
     "flank": "flank",
-    "leave": "leave ignore skip omit spare exclude disregard",
+    "leave": "leave ignore skip omit spare exclude disregard forget",
 }  # fmt: skip
 VERBS: Mapping[str, str] = {word: kind for kind, words in _VERBS.items() for word in words.split()}
 # Form -> verb, where no ending tells it.

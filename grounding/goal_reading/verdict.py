@@ -31,6 +31,7 @@ _DEPTHS = {
     **dict.fromkeys(("near", "front", "me", "close", "you"), "bottom"), **dict.fromkeys(("far", "back", "rear"), "top"),
     "centre": "center",
 }  # fmt: skip
+_EDGES = ("near", "far", "left", "right")
 _STATED = re.compile(r"\b(?:is|are|was|were)\b", re.IGNORECASE)
 
 
@@ -81,6 +82,8 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         ]
         if denied:
             return denied[0]
+        if known and any(words.lower() in ("edge", "rim", "border") for words in reading.residue):
+            return _which_edge(parse)
         shapes = {SHAPE_NOUNS.get(words.lower(), "") for words in reading.residue}
         another = bool(shapes) and not shapes & {
             "",
@@ -124,6 +127,12 @@ def _elsewhere(parse: Parse, words: str) -> Verdict | None:
     options = tuple(value for value in LEGAL_VALUES[slot] if value not in denied)
     text = f"{words!r} in {shortened(parse.text)!r} says only where it should not be; where should it be: {', '.join(options)}?"
     return Verdict("ask", text, Question(slot, text, options))
+
+
+def _which_edge(parse: Parse) -> Verdict:
+    """Ask for the edge of the table that is meant ("close to the edge")."""
+    text = f"which edge of the table is meant in {shortened(parse.text)!r}: {', '.join(_EDGES)}?"
+    return Verdict("ask", text, Question("edge", text, _EDGES))
 
 
 def _not_understood(parse: Parse, words: tuple[str, ...]) -> Verdict:

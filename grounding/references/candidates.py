@@ -62,7 +62,7 @@ class Candidates:
         if key not in self._found:
             found = self._described(mention, self.kinds_of(mention))
             if any(self._read[i].number is not None for i in found) and mention.numbers:
-                found = [i for i in found if self._read[i].number in mention.numbers]
+                found = [i for i in found if (self._read[i].number or 1) in mention.numbers]  # "cup, cup 2, cup 3"
             elif mention.numbers and mention.noun == ANY:
                 found = [number - 1 for number in mention.numbers if 0 < number <= len(self.names)]
             if mention.ordinal is not None:

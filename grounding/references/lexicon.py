@@ -133,6 +133,11 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "highlighter": ("marker",), "sellotape": ("tape",), "shears": ("scissors",), "vise": ("clamp",), "vice": ("clamp",),
     "mallet": ("hammer",), "duckling": ("duck",), "ducky": ("duck",), "duckie": ("duck",),
     "sphere": ("ball",), "orb": ("ball",),
+    "toolbox": ("box",), "chest": ("box",), "casket": ("box",), "auto": ("car",), "motorcar": ("car",), "sedan": ("car",), "roadster": ("car",),
+    "bird": ("duck", "parrot"), "birdie": ("duck",), "quacker": ("duck",), "driver": ("screwdriver",), "driller": ("drill",),
+    "sledgehammer": ("hammer",), "gavel": ("hammer",), "clipper": ("scissors",), "snip": ("scissors",), "cutter": ("scissors", "knife"),
+    "globe": ("ball",), "tankard": ("mug",), "stein": ("mug",), "canteen": ("bottle",), "scoop": ("spoon",), "felt": ("marker",),
+    "adhesive": ("tape", "glue"), "beverage": ("can", "bottle"), "drink": ("can", "bottle", "cup"), "urn": ("jar", "vase"),
     "tinny": ("can",), "carton": ("box",), "racecar": ("car",),
 }
 _DISHES = ("plate", "bowl", "saucer", "platter", "dish")

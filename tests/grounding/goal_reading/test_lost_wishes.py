@@ -98,3 +98,27 @@ def test_what_should_stay_is_in_no_structure(interpreter, text):  # noqa: F811
 )
 def test_unclear_and_impossible_exceptions_are_refused(interpreter, text):  # noqa: F811
     assert interpreter.interpret(text, SCENES["cans and cups"]).status == "refused"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("put one cup on each can", "one cup on each"), ("put a can between every two cups", "between every two"),
+        ("put the cans in a row under the table", "under the table"), ("put the cans on the floor", "on the floor"),
+        ("stack the cans but leave them leaning", "leaning"), ("put half of the cups on the left", "half of the"),
+        ("put the cups in a circle half as big", "half as big"), ("glorp on the left, white cup on the right", "glorp"),
+    ],
+)  # fmt: skip
+def test_what_no_goal_can_hold_is_refused_by_name(interpreter, text, words):  # noqa: F811
+    found = interpreter.interpret(text, SCENES["cans and cups"])
+    assert found.status == "refused" and words in found.message
+
+
+def test_an_edge_without_a_side_is_asked_for(interpreter):  # noqa: F811
+    found = interpreter.interpret("circle of cups close to the edge of the table", SCENES["cans and cups"])
+    assert found.status == "ask" and "which edge" in found.message
+
+
+def test_numbers_of_objects_count_the_one_without_a_number(interpreter):  # noqa: F811
+    found = interpreter.interpret("put cups 1 and 3 on the left", SCENES["cans and cups"])
+    assert found.goal.parts[0].objects == (3, 5)
