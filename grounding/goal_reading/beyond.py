@@ -34,7 +34,9 @@ def asks_beyond(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
 def _certain(chunks: Sequence[Chunk], frames: Sequence[Frame]) -> bool:
     if any(chunk.kind == "unknown" and chunk.value in _TELLING for chunk in chunks):
         return True
-    if any(chunk.kind in _SIGNS or chunk.metres is not None or chunk.value == "between" for chunk in chunks):
+    if any(chunk.kind in _SIGNS or chunk.metres is not None for chunk in chunks):
+        return True
+    if any(one.value == "between" and after.kind == "noun phrase" for one, after in zip(chunks, chunks[1:], strict=False)):
         return True
     if any(frame.has("shape", "verb shape", "stacked", "side by side") for frame in frames) and any(
         word in SUPERLATIVES for chunk in chunks for word in chunk.said.lower().split()

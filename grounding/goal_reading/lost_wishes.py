@@ -9,6 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
+from grounding.goal_reading.chunk import Chunk
+
 # What speaks of the objects' order, of exceptions, of likeness, of how an object lies, or of another place.
 _WORDS = frozenset(
     "ascending descending rising falling increasing decreasing sequence sequential sequentially leading trailing foremost hindmost "
@@ -44,8 +46,14 @@ _NEVER_HELD = re.compile(
 )
 
 
-def never_held(text: str) -> tuple[str, ...]:
-    """Return the phrases of a text that ask for what no goal can hold: "one cup on each can", "on the floor"."""
+def never_held(chunks: Sequence[Chunk]) -> tuple[str, ...]:
+    """Return the phrases that ask for what no goal can hold: "one cup on each can", "on the floor".
+
+    Args:
+        chunks: of the instruction; what asides say is not looked at.
+    """
+    asides = [chunk.kind == "mentioned" or (chunk.kind == "noise" and " " in chunk.said) for chunk in chunks]
+    text = " ".join("|" if aside else chunk.said for aside, chunk in zip(asides, chunks, strict=True))
     return tuple(match.group() for match in _NEVER_HELD.finditer(text))
 
 

@@ -200,6 +200,18 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("size", r"(?:of )?(?:medium|moderate)(?: size| sized)?(?= [.,;!]|$|(?: on| at| in| left| right) )", lambda m: "medium"),
     ("size", r"(?:nice and |very |quite |really )?(?:large|big|huge|roomy|spacious|wide)(?= [.,;!]|$| and)", lambda m: "large"),
     ("size", r"(?:nice and |very |quite |really )?(?:small|tiny|little|short)(?= [.,;!]|$| and)", lambda m: "small"),
+    (
+        "size",
+        r"(?:(?:with|leaving|leave|giving|give them|having|allowing|allow|keeping|keep|and) )*(?:plenty of|lots of|a lot of|loads of|tons of|ample|generous|a generous amount of) "
+        r"(?:(?:elbow|breathing|free|extra|empty) )?(?:room|space|gaps|spacing|distance|air)(?: (?:between|in between|around)(?: (?:them|each|each other|each of them|all of them|neighbou?rs))?)?",
+        lambda m: "large",
+    ),
+    (
+        "size",
+        r"(?:(?:with|leaving|leave|having|keeping|keep|and) )*(?:hardly any|barely any|almost no|next to no|very little|minimal|only tiny|as little as possible|little) "
+        r"(?:room|space|gaps?|spacing|distance|air)(?: (?:between|in between)(?: (?:them|each|each other|each of them|all of them|neighbou?rs))?)?",
+        lambda m: "small",
+    ),
     ("together", r"(?:all |close )?together|(?:up )?against each other|as a group|in one place|in one spot", lambda m: True),
     ("side by side", r"(?:side by side|abreast|in single file|one behind the other|one beside the other|one next to the other|end to end|one behind another|one beside another|shoulder to shoulder)(?: in (?:a|one) (?:row|line))?", lambda m: True),
     ("stacked", r"(?:(?:stacked|piled|up|one) )*(?:on top of|on|atop|upon|onto) (?:each other|one another|the other|another)|(?:vertically|on top of one another|one above the other|stacked up|piled up)", lambda m: True),

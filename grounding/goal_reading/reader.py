@@ -131,11 +131,12 @@ class GoalReader:
         frames = framer.read()
         composer = Composer(text, frames, find)
         known_there = None if catalogue else there
+        held = never_held(chunks)
         reading = GoalReading(
-            residue=(*(chunk.said for chunk in framer.residue), *never_held(text)),
+            residue=(*(chunk.said for chunk in framer.residue), *held),
             beyond=asks_beyond(chunks, frames),
             verbs=any(chunk.kind == "verb" for chunk in chunks),
-            lost=_lost(framer, composer, known_there),
+            lost=_lost(framer, composer, known_there, held),
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
             conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
         )
@@ -151,7 +152,7 @@ class GoalReader:
         reading = replace(
             reading,
             residue=tuple(filter(None, (*reading.residue, *composer.unread))),
-            lost=_lost(framer, composer, known_there),
+            lost=_lost(framer, composer, known_there, held),
         )
         if problem:
             return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}")
@@ -175,13 +176,14 @@ class GoalReader:
         return without_reports(chunks, said, Clauses(said, nouns), narrated)
 
 
-def _lost(framer: Framer, composer: Composer, there: Sequence[SceneObject] | None) -> tuple[str, ...]:
+def _lost(
+    framer: Framer, composer: Composer, there: Sequence[SceneObject] | None, held: tuple[str, ...]
+) -> tuple[str, ...]:
     """Return the words that no frame or no part took and that surely ask for something."""
     objects = [one.said for one in framer.residue if there and one.kind == "noun phrase" and known([one.value])]
     objects += [phrase.text for phrase in composer.unused if there and known([phrase])]
     colours = {colour for each in there or () if each.attributes is not None for colour in each.attributes.colors}
     subjects = unknown_subjects(framer.chunks) if there else ()
-    held = never_held(composer.text)
     return lost_wishes(
         composer.text,
         [*(one.said for one in framer.residue), *(phrase.text for phrase in composer.unused), *held],
