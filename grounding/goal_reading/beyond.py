@@ -120,12 +120,15 @@ def known(phrases: Sequence[NounPhrase]) -> bool:
 
 
 def unknown_subjects(chunks: Sequence[Chunk]) -> tuple[str, ...]:
-    """Return the words that are not understood and stand where objects are named: "glorp on the left"."""
-    found = []
+    """Return the words that are not understood and stand where objects or relations are named: "glorp on the left"."""
+    found, chunks = [], list(chunks)
     for number, chunk in enumerate(chunks):
         before = chunks[number - 1].kind if number else "stop"
         after = chunks[number + 1].kind if number + 1 < len(chunks) else ""
         word = chunk.kind == "unknown" and chunk.said.isalpha() and len(chunk.said) > 2
+        around = chunks[number - 1 : number] + chunks[number + 1 : number + 2]
+        if word and len(around) == 2 and all(one.kind == "noun phrase" and known([one.value]) for one in around):
+            found.append(chunk.said)  # how two objects stand to each other: "the knife after the fork"
         if word and before in ("stop", "and", "comma", "then") and after in ("place", "relation", "along", "beside each other"):
             found.append(chunk.said)
     return tuple(found)

@@ -31,7 +31,7 @@ _JOINTS: Mapping[str, str] = {
 _AMONG = re.compile(r"(?:of|among|amongst|out of|from among)(?= )")
 _POSSESSIVE = re.compile(r"(?:to|on) (?:its|their) (?P<side>left|right)(?: hand)?(?: side)?(?! of)")
 _TABLE_SETTING = re.compile(
-    r"(?:set|lay|prepare|dress) (?:the |my |a |me a |up the )?(?:(?:dinner|breakfast|lunch|supper) )?(?:table|place)(?: for (?:one|me|dinner|lunch|breakfast|supper|a guest|a meal|one person|us))*"
+    r"(?:set|lay|prepare|dress) (?:the |my |a |one |me a |up the )?(?:(?:dinner|breakfast|lunch|supper) )?(?:table|place setting|place|cover)(?: for (?:one|me|dinner|lunch|breakfast|supper|a guest|a meal|one person|us))*"
 )
 _DIAGONAL = re.compile(
     r"diagonal(?:ly)?|zig ?zag|spiral|heart|star|(?:the )?(?:letter|word)s? (?P<l>\w+)|upside down|degrees?"
@@ -167,6 +167,8 @@ class Chunker:
         phrase = self.phrases.at(place) or bare_adjective(self.said, place, before)
         if self.asides.endearment(place):
             return []
+        if phrase is not None and phrase.text.lower().endswith(" other") and self.said.word(phrase.end) in ("left", "right"):
+            return [Chunk("unknown", phrase.text, place, phrase.end + 1)]  # "my other left"
         if any(one.kind == "another" for one in marks_at(self.said, place, before, self.phrases)):
             return []  # "a tower of the red blocks and another one of the blue blocks"
         return [] if phrase is None else [Chunk("noun phrase", phrase, place, phrase.end)]

@@ -21,7 +21,7 @@ _HEADINGS = {
 }  # fmt: skip
 _FACING = re.compile(
     r"(?:(?:so that|so|and|with|which|that|it|they|is|are|have|having|make|has|,) )*"
-    r"(?:(?:(?:the|its|their|a|one) )?(?:opening|gap|open side|open bit|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
+    r"(?:(?:(?:the|its|their|a|one) )?(?:labels?|opening|gap|open side|open bit|open end|mouth|tip|point|apex|corner|top|front|ends|entrance|open part|bulge|hollow side|vertex|hollow) )?"
     rf"(?:(?:is|are) )?(?:facing|faces|face|pointing|points|point|looking|looks|oriented|turned|opening|opens|open|aimed|directed|to|toward|on|at) {_DIR}(?! of)"
 )
 _FACING_WORDS = re.compile(

@@ -69,10 +69,10 @@ _PERSONAL: tuple[tuple[re.Pattern[str], Mapping[str, str]], ...] = tuple(
     )
 )  # fmt: skip
 _CORNER = re.compile(
-    rf"(?:right |all the way |over |somewhere )?(?:in|into|to|at|on|toward|near) (?:the|a|one|any|some|that|this) (?:far away )?corner{_OF_TABLE}"
+    rf"(?:right |all the way |over |somewhere )?(?:in|into|to|at|on|toward|near) (?:one of the corners|(?:the|a|one|any|some|that|this) (?:far away )?corner){_OF_TABLE}"
 )
 _ALONG = re.compile(
-    r"(?:(?:right|all|straight|just|flush) )*(?:along|against|hugging|flush with|following|parallel to|close along|up against|down|tight against|across|by|next to|beside|on|at)"
+    r"(?:(?:right|all|straight|just|flush) )*(?:along|against|hugging|flush with|following|follow|follows|hug|hugs|alongside|parallel to|close along|up against|down|tight against|across|by|next to|beside|on|at)"
     r" (?P<det>the |my |your )?(?:very |whole |entire |table's )?(?P<side>front|near|nearest|closest|close|bottom|lower|back|rear|far|farthest|furthest|top|upper|left|right|opposite|other)?"
     rf"(?: hand)?(?: most)?(?: (?P<edge>edge|side|rim|border|end|margin))?{_OF_TABLE}(?: of the table)?(?! of\b)"
 )

@@ -67,6 +67,8 @@ _OPENERS = tuple(
         r"(?:i think |i guess |maybe )?(?:it|things|that|the table)(?:'d| would| might| will) (?:look|be|feel|seem|work) (?:so |much |a lot |far |even |way )*[a-z]+(?: to me| for me)? (?:if|to have|with)(?= )",
         r"(?:if|provided) (?:that|this|it|you know what i)(?: makes?| made| mean)(?: any| some)?(?: sense)?|if you (?:see|know|get) what i mean|if you (?:follow|understand)(?: me)?",
         r"(?:is|are|was|were|it's|they're)? ?(?:meant|supposed|intended|destined|expected|required|bound|going|about|due|ought) to(?= (?:be|go|stand|sit|lie|form|end|stay|come|make|rest|get|become|build)\b)",
+        r"(?:because |and )?i won't (?:say|ask|tell you|repeat) (?:it|this|that|you)?(?: twice| again)|don't make me (?:say|ask|repeat) (?:it|this|that)(?: twice| again)?|think twice"
+        r"|,? ?you know which(?: one)?|,? ?you know the one",
         r"if it(?:'s| is| isn't| is not) (?:all the same to you|no bother|no trouble|not too much (?:trouble|to ask|bother|hassle)|too much (?:trouble|to ask|bother|hassle))",
         r"sorry (?:to (?:bother|trouble|interrupt|disturb|pester) you|for (?:bothering|troubling|interrupting|disturbing) you|to ask)(?: again| once more| with this| so late| but)*",
         r"(?:no|not a) (?:idea|clue) why(?: ,)?(?: but)?|don't ask(?: me)? why(?: ,)?(?: but)?|i don't know why(?: ,)?(?: but)?|first things first|(?:let's|let us) get started|here's what (?:i|we)(?:'d)? (?:want|need|like)",

@@ -15,6 +15,7 @@ from grounding.goal_reading.conditions import without_idle_conditions
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.drafts import ImpossibleError
+from grounding.goal_reading.feasibility import infeasible
 from grounding.goal_reading.frames import Framer
 from grounding.goal_reading.lost_wishes import lost_wishes, never_held
 from grounding.goal_reading.measures import lengths_of
@@ -142,7 +143,10 @@ class GoalReader:
         )
         try:
             goal = composer.goal()
-            problem = contradiction(goal, None if there is None else [each.name for each in there])
+            names = None if there is None else [each.name for each in there]
+            problem = contradiction(goal, names)
+            if names is not None and not catalogue and (reason := infeasible(goal, names)):
+                raise ImpossibleError(reason)
         except ReadingQuestion as doubt:
             return replace(reading, question=doubt.question)
         except (ImpossibleError, UnjudgedError) as error:

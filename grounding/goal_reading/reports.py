@@ -30,7 +30,8 @@ def without_reports(
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
         told = told and said.word(run[0].first) not in _CONDITIONS
-        kept += [] if told and _reports(run) and not clauses.wishes(run[0].first, run[-1].end) else run
+        numbers = any(said.word(i).isdecimal() for one in run for i in range(one.first, one.end))
+        kept += [] if told and not numbers and _reports(run) and not clauses.wishes(run[0].first, run[-1].end) else run
         run = []
         if chunk is not None:
             kept.append(chunk)

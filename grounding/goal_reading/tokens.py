@@ -14,7 +14,7 @@ _MINUS = frozenset("-−")
 _SPELLING = {
     "centre": "center", "centred": "centered", "centrally": "center", "middlemost": "middle",
     "colours": "colour", "colors": "colour", "color": "colour", "coloured": "colour", "colored": "colour",
-    "gray": "grey", "towards": "toward", "besides": "beside", "alongside": "beside", "infront": "in front",
+    "gray": "grey", "towards": "toward", "besides": "beside", "infront": "in front",
     "ontop": "on top", "nextto": "next to", "inbetween": "in between", "anti": "anti", "lefthand": "left hand",
     "righthand": "right hand", "sidebyside": "side by side", "“": '"', "”": '"', "″": '"', "''": '"', "’": "'",
     "′": "'", "’’": '"', "–": ",", "—": ",", "-": ",", "--": ",", "lineup": "line up", "metres": "m", "meters": "m",

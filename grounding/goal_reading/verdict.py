@@ -11,8 +11,8 @@ from grounding.parse_result import REFUSALS, Parse, Question, shortened
 from grounding.spec import LEGAL_VALUES, SLOTS
 
 _QUESTION = re.compile(
-    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where|where's|which|who|whose|why)\b(?! (?:about|an?)\b)"
-    r"|when (?:is|are|was|were|do|does|did|will|can|could|should|would)\b"
+    r"\s*(?:(?:is|are|was|were|am|does|did|has|how|what|what's|where's|which|who|whose|why)\b(?! (?:about|an?)\b)"
+    r"|(?:when|where) (?:is|are|was|were|do|does|did|will|can|could|should|would)\b"
     r"|do (?:the|they|we|i|you (?:see|know|think|have))\b)",
     re.IGNORECASE,
 )
@@ -91,7 +91,7 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         }  # beside it only noise: "cups: circle; cans: pillar"
         if reading.lost or another:
             return _not_understood(parse, reading.lost or reading.residue)
-    definite = known and not reading.residue and (reading.problem or reading.question is not None)
+    definite = known and len(reading.residue) < 2 and (reading.problem or reading.question is not None)
     several = known and len(reading.residue) <= _MOST_UNREAD and more_than_plain(reading.goal)
     if not (reading.beyond or several or definite or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
         return None

@@ -122,3 +122,17 @@ def test_an_edge_without_a_side_is_asked_for(interpreter):  # noqa: F811
 def test_numbers_of_objects_count_the_one_without_a_number(interpreter):  # noqa: F811
     found = interpreter.interpret("put cups 1 and 3 on the left", SCENES["cans and cups"])
     assert found.goal.parts[0].objects == (3, 5)
+
+
+@pytest.mark.parametrize(
+    ("text", "scene", "words"),
+    [
+        ("stack the two balls", "toys", "nothing stands on a ball"), ("put the car on the red ball", "toys", "nothing stands on a ball"),
+        ("the knife comes after the fork, going left to right in a row", "dinner", "after"),
+        ("Where the blue mug is now, I'd like the red one, and the other way round.", "breakfast", "Where"),
+        ("put the plate on the right, I mean my other right", "breakfast", "other right"),
+    ],
+)  # fmt: skip
+def test_what_objects_cannot_do_and_relations_that_are_not_known(interpreter, text, scene, words):  # noqa: F811
+    found = interpreter.interpret(text, SCENES[scene])
+    assert found.status == "refused" and words in found.message
