@@ -70,6 +70,10 @@ def _train_network(
         int | None,
         typer.Option(metavar="N", min=3, help="Scenes, or pairs, per step and device; by default as above."),
     ] = None,
+    start: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Checkpoint to start from, which may know fewer shapes; by default none."),
+    ] = None,
 ) -> None:
     check_folder(out)
     from agent.training.train import TrainingRun, train_model
@@ -78,7 +82,7 @@ def _train_network(
     assert kind is not None
     given = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
     recipe = replace(RECIPES[kind], **{name: value for name, value in given.items() if value is not None})
-    train_model(TrainingRun(kind, data, out, recipe, device, devices, precision.value, seed))
+    train_model(TrainingRun(kind, data, out, recipe, device, devices, precision.value, seed, start))
 
 
 def _network_help(kind: str) -> str:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from grounding.corpus.grammar import OBJECT_WORDS, all_sentences
+from grounding.corpus.grammar import CORPUS_SHAPES, OBJECT_WORDS, all_sentences
 from grounding.parsers.sentence_encoder import SentenceEncoder
+from grounding.spec import SHAPES
 from structdiffusion.word_tokens import word_ids
 
 # Users name the objects where the corpus says "objects"; each noun shifts the embedding a little.
@@ -20,11 +21,13 @@ _NOUNS = ("cups", "mugs", "bowls", "plates", "cans", "boxes", "bottles", "blocks
 def write_language(folder: str | Path, encoder: SentenceEncoder, seed: int = 0) -> int:
     """Write `language.npz`: embeddings (L, 384) float16 and word ids (L, 5) int8; returns L.
 
-    Every sentence of the corpus is written, and those about objects once more with a household noun.
+    Every sentence of the grammar is written, those of the shapes that the parsers' corpus lacks included; those about
+    objects once more with a household noun.
     """
     rng = np.random.default_rng(seed)
     texts, words = [], []
-    for text, spec in all_sentences():
+    later = [shape for shape in SHAPES if shape not in CORPUS_SHAPES]
+    for text, spec in all_sentences((*CORPUS_SHAPES, *later)):
         texts.append(text)
         words.append(word_ids(spec))
         general = next((word for word in OBJECT_WORDS if f" {word}" in text), None)

@@ -45,6 +45,7 @@ class TrainingRun:
         devices: how many train together, each on its own batches.
         precision: one of `PRECISIONS`.
         seed: of initial weights, batches and noise.
+        start: folder of a checkpoint to start from; `None` for random weights. A run that is resumed goes on from its own.
     """
 
     kind: str
@@ -55,6 +56,7 @@ class TrainingRun:
     devices: int = 1
     precision: str = FLOAT32
     seed: int = 0
+    start: Path | None = None
 
 
 def train_model(run: TrainingRun) -> None:
@@ -109,12 +111,15 @@ def _train_together(run: TrainingRun, device_type: str) -> None:
 def _train(run: TrainingRun, device: torch.device, distributed: DistributedContext | None = None) -> None:
     import torch
 
+    from structdiffusion.models.checkpoint import start_from
     from structdiffusion.training.loop import TrainingOptions, train
     from structdiffusion.training.run_record import RunMetadata, about_data
 
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
         torch.manual_seed(run.seed)
         model, loss = _TASKS[run.kind](run.data, device, run.recipe.batch)
+    if run.start is not None:
+        start_from(model, run.start)
     if run.precision != FLOAT32:
         loss = partial(loss, autocast=True)
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
@@ -135,10 +140,11 @@ def _train(run: TrainingRun, device: torch.device, distributed: DistributedConte
 def _diffusion(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
     from structdiffusion.data.batches import DemonstrationBatches
     from structdiffusion.models.diffusion.loss import diffusion_loss
-    from structdiffusion.models.diffusion.model import PoseDiffusion
+    from structdiffusion.models.diffusion.model import DiffusionConfig, PoseDiffusion
     from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 
-    batches, model = DemonstrationBatches(data, device), PoseDiffusion().to(device)
+    batches = DemonstrationBatches(data, device)
+    model = PoseDiffusion(DiffusionConfig(vocabulary=batches.vocabulary)).to(device)
     scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
     return model, partial(diffusion_loss, model, scheduler, batches, scenes=batch)
 
@@ -146,9 +152,10 @@ def _diffusion(data: Path, device: torch.device, batch: int) -> tuple[Checkpoint
 def _cvae(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
     from structdiffusion.data.batches import DemonstrationBatches
     from structdiffusion.models.cvae.loss import cvae_loss
-    from structdiffusion.models.cvae.model import PoseCVAE
+    from structdiffusion.models.cvae.model import CVAEConfig, PoseCVAE
 
-    batches, model = DemonstrationBatches(data, device), PoseCVAE().to(device)
+    batches = DemonstrationBatches(data, device)
+    model = PoseCVAE(CVAEConfig(vocabulary=batches.vocabulary)).to(device)
     return model, partial(cvae_loss, model, batches, scenes=batch)
 
 
@@ -165,9 +172,10 @@ def _structformer(shape: str, data: Path, device: torch.device, batch: int) -> t
 def _structure(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
     from structdiffusion.data.batches import DemonstrationBatches
     from structdiffusion.models.structure.loss import structure_loss
-    from structdiffusion.models.structure.model import StructureDiscriminator
+    from structdiffusion.models.structure.model import StructureConfig, StructureDiscriminator
 
-    batches, model = DemonstrationBatches(data, device), StructureDiscriminator().to(device)
+    batches = DemonstrationBatches(data, device)
+    model = StructureDiscriminator(StructureConfig(vocabulary=batches.vocabulary)).to(device)
     return model, partial(structure_loss, model, batches, scenes=batch)
 
 

@@ -7,7 +7,7 @@ turns with the spec's index, so the corpus is the same on every machine and ever
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import product
 
@@ -70,19 +70,21 @@ NOUN_TEMPLATES = (
 # {size}, {where} and {turn} begin with a space, or are empty. Those of a shape are in its file of words.
 ACTION_TEMPLATES = ("put the {objects}{size}{where}{turn}", "place all the {objects}{size}{where}{turn}")
 
+# The shapes of the parsers' training language; no shape at all is the last.
+CORPUS_SHAPES: tuple[str | None, ...] = (*FIRST_SHAPES, None)
 # What the parsers' training never sees, so that their benchmark can tell reading from remembering.
 HELD_OUT_TEMPLATES = (4, 7)
 HELD_OUT_COMBINATION_EVERY = 10
 
 
-def legal_specs() -> list[StructureSpec]:
-    """List every legal combination of at least one token of the first shapes: 1055 specs, shapes in vocabulary order.
+def legal_specs(shapes: Sequence[str | None] = CORPUS_SHAPES) -> list[StructureSpec]:
+    """List every legal combination of at least one token of some shapes, by default the first: 1055 specs.
 
-    Circle and line: 4 sizes x 4 x 4 positions x 5 rotations, "unspecified" counted, are 320 each;
+    Shapes come in the order given. Circle and line: 4 sizes x 4 x 4 positions x 5 rotations, "unspecified" counted, are 320 each;
     tower 4 x 4 = 16; table setting 4 x 4 x 5 = 80; without a shape 320, less the empty one: 319.
     """
     specs = []
-    for shape in (*FIRST_SHAPES, None):
+    for shape in shapes:
         slots = SLOTS_OF_SHAPE[shape]
         for values in product(*((None, *LEGAL_VALUES[slot]) for slot in slots)):
             spec = StructureSpec(shape, **dict(zip(slots, values, strict=True)))
@@ -115,9 +117,9 @@ def _numbered_sentences(spec: StructureSpec) -> dict[str, int]:
     return texts
 
 
-@lru_cache(maxsize=1)
-def _table() -> tuple[tuple[str, StructureSpec], ...]:
-    return tuple((text, spec) for spec in legal_specs() for text in sentences(spec))
+@lru_cache(maxsize=2)
+def _table(shapes: tuple[str | None, ...] = CORPUS_SHAPES) -> tuple[tuple[str, StructureSpec], ...]:
+    return tuple((text, spec) for spec in legal_specs(shapes) for text in sentences(spec))
 
 
 @lru_cache(maxsize=1)
@@ -143,9 +145,9 @@ def split_of(text: str) -> str:
     return _splits()[text]
 
 
-def all_sentences() -> list[tuple[str, StructureSpec]]:
-    """List every sentence with its spec, in the order of `legal_specs`; no sentence occurs twice."""
-    return list(_table())
+def all_sentences(shapes: Sequence[str | None] = CORPUS_SHAPES) -> list[tuple[str, StructureSpec]]:
+    """List every sentence of some shapes with its spec, in the order of `legal_specs`; no sentence occurs twice."""
+    return list(_table(tuple(shapes)))
 
 
 def sentence_table() -> tuple[list[str], list[StructureSpec]]:

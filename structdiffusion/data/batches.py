@@ -18,7 +18,7 @@ from structdiffusion.data.npz_files import read_arrays
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.simulation.partial_views import partial_views
 from structdiffusion.structures import STRUCTURES
-from structdiffusion.word_tokens import WORDS
+from structdiffusion.word_tokens import FIRST_VOCABULARY, WORDS
 
 # Probabilities of keeping all slots, the shape, and each other slot.
 _KEEP_ALL, _KEEP_SHAPE, _KEEP_SLOT = 0.35, 0.92, 0.65
@@ -109,6 +109,11 @@ class DemonstrationBatches:
 
     def __len__(self) -> int:
         return len(self.objects)
+
+    @property
+    def vocabulary(self) -> int:
+        """Return how many word ids, 0 included, a network needs for these scenes."""
+        return max(FIRST_VOCABULARY, int(self.words.max()) + 1)
 
     def _load_language(self, path: Path) -> None:
         """Load the sentences sorted by what they specify, so that finding one for a spec is a look-up."""

@@ -22,6 +22,7 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.protocol.physical_stability import place_and_check
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.structure import Structure
 from structdiffusion.word_tokens import word_ids
 
 PLACES, EXTRAS = 7, 2  # largest numbers of objects that take part, and of distractors
@@ -95,8 +96,7 @@ def _try(
     if STRUCTURES[shape].rotation_alters_layout and rng.random() < _ROTATION_LEFT_OUT:
         spec = StructureSpec.from_dict({**spec.to_dict(), "rotation": None})
     try:
-        count = int(rng.integers(_CROWD[0], _CROWD[1] + 1)) if crowded else None
-        scene = draw_scene(models, spec, rng, count=count, attempts=20)
+        scene = draw_scene(models, spec, rng, count=_count(STRUCTURES[shape], rng, crowded), attempts=20)
     except SceneError:
         return shape, None, None
     motions = scene.reference_goal_from_initial()
@@ -106,6 +106,14 @@ def _try(
         if world_from_goal is None:
             return shape, None, scene
     return shape, _row(models, scene, world_from_goal, CROWDED_PLACES if crowded else PLACES), scene
+
+
+def _count(structure: Structure, rng: np.random.Generator, crowded: bool) -> int | None:
+    """Return the number of objects that take part; `None` leaves it to the structure."""
+    if crowded:
+        return int(rng.integers(_CROWD[0], _CROWD[1] + 1))
+    low, high = structure.usual_counts
+    return int(rng.integers(low, PLACES + 1)) if high > PLACES else None
 
 
 def _stands(scene: DrawnScene) -> bool:

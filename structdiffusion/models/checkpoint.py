@@ -22,6 +22,7 @@ CONFIG_NAME = "config.json"
 # Keys that older configs lack, with the value that applies to them: the shapes that every network knows.
 ADDED_KEYS: dict[str, Any] = {"vocabulary": FIRST_VOCABULARY}
 WEIGHTS_NAME = "model.safetensors"
+_WORD_EMBEDDINGS = "word.weight"  # (vocabulary, width)
 _NUMBERS = (torch.float16, torch.bfloat16, torch.float32, torch.float64)  # legal types of stored weights
 
 
@@ -108,6 +109,28 @@ class Checkpointed(nn.Module):
             raise CheckpointError(f"{folder / WEIGHTS_NAME} has {unknown[0]!r}, which its config does not ask for")
         model.load_state_dict({name: weights[name] for name in own})
         return model.eval()
+
+
+def start_from(model: Checkpointed, folder: str | Path) -> None:
+    """Copy the weights of a checkpoint of the same kind into a network that may know more words.
+
+    Word ids of a smaller vocabulary are the first of a larger one, so that old words keep their embeddings.
+
+    Raises:
+        CheckpointError: for a checkpoint that cannot be read, of other sizes, or that knows more words.
+    """
+    trained, own = type(model).from_pretrained(folder).state_dict(), model.state_dict()
+    for name, tensor in trained.items():
+        wide = own.get(name)
+        if name == _WORD_EMBEDDINGS and wide is not None and len(tensor) < len(wide) and tensor.shape[1:] == wide.shape[1:]:
+            tensor = torch.cat((tensor, wide[len(tensor) :].cpu()))
+        if wide is None or tensor.shape != wide.shape:
+            raise CheckpointError(
+                f"{Path(folder) / WEIGHTS_NAME} cannot be trained further here: {name!r} has the shape "
+                f"{tuple(tensor.shape)}; expected {tuple(wide.shape) if wide is not None else 'none'}"
+            )
+        own[name] = tensor
+    model.load_state_dict(own)
 
 
 def _check_file_sizes(folder: Path) -> None:

@@ -48,6 +48,8 @@ class Arc(RingStructure, SpreadStructure):
     name = "arc"
     least = MIN_ARC_OBJECTS
     usual_counts = (3, 7)
+    demonstration_share = 0.17
+    crowded_share = 0.1
 
     def draft(
         self,
@@ -148,3 +150,17 @@ class Arc(RingStructure, SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, centre, spec, table)
+
+    def exact_places(self, points: np.ndarray) -> np.ndarray:
+        """Return places (N, 2) at even angles of the circle nearest to centroids (N, 2), no narrower or wider than drawn."""
+        centre, radius = fit_circle(points)
+        offsets = points - centre
+        angles, gaps = angular_gaps(offsets)
+        largest = int(gaps.argmax())
+        order = np.roll(np.argsort(np.arctan2(offsets[:, 1], offsets[:, 0])), -1 - largest)
+        span = float(np.clip(2 * math.pi - gaps[largest], *np.radians(_DRAWN_DEGREES)))
+        middle = float(angles[largest] + gaps[largest] / 2) + math.pi
+        even = middle + np.linspace(-span / 2, span / 2, len(points))
+        places = np.empty_like(points)
+        places[order] = centre + radius * np.column_stack((np.cos(even), np.sin(even)))
+        return places

@@ -23,6 +23,7 @@ from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
+from structdiffusion.structures.sizes import clip_to_size
 from structdiffusion.structures.spread import SpreadStructure, spread_ratio
 from structdiffusion.structures.structure import Draft, LayoutError
 
@@ -40,6 +41,8 @@ class Cluster(SpreadStructure):
     name = "cluster"
     least = MIN_CLUSTER_OBJECTS
     usual_counts = (2, 7)
+    demonstration_share = 0.15
+    crowded_share = 0.1
     sizes = ("small",)  # in a medium cluster, nothing joins objects that are wider than 7 cm: its gaps are over 4 cm
 
     def draft(
@@ -90,6 +93,38 @@ class Cluster(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, self.centre(bodies), spec, table)
+
+
+    def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
+        """Return how far (N, 2), metres, each body moves: toward the middle where they lie apart, and into the size's band.
+
+        Where an object stands on another, or nothing is wrong, none moves.
+        """
+        outlines, points = [body.local_footprint for body in bodies], np.array([body.centroid for body in bodies])
+        if len(bodies) < self.least or any(body.rests_on for body in bodies):
+            return np.zeros((len(bodies), 2))
+        gap, hull = _joining_gap(outlines, points), _hull_ratio(outlines, points)
+        apart = gap > _MARGIN * MAX_CLUSTER_GAP or hull > _MARGIN * MAX_CLUSTER_HULL_RATIO
+        if not apart and (size is None or clip_to_size(spread_ratio(bodies), 1.0, size) == spread_ratio(bodies)):
+            return np.zeros((len(bodies), 2))
+        together = _drawn_together(outlines, points)
+        middle = together.mean(axis=0)
+        factor = clip_to_size(1.0, tightest_scale(outlines, together - middle), size)
+        return points.mean(axis=0) + factor * (together - middle) - points
+
+
+def _drawn_together(outlines: Sequence[np.ndarray], points: np.ndarray) -> np.ndarray:
+    """Return places (N, 2) of outlines, each about its own origin, pushed to the middle one from where they are."""
+    offsets = points - points.mean(axis=0)
+    first, *others = np.argsort(np.linalg.norm(offsets, axis=1))
+    places, placed = np.array(points), [first]
+    for index in others:
+        centre = places[placed].mean(axis=0)
+        way = points[index] - centre
+        direction = way / max(float(np.linalg.norm(way)), 1e-9)
+        places[index] = _pushed(outlines, places, placed, index, centre, direction)
+        placed.append(index)
+    return places
 
 
 def _packed(outlines: Sequence[np.ndarray], rng: np.random.Generator) -> np.ndarray:

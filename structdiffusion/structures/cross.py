@@ -36,6 +36,8 @@ class Cross(SpreadStructure):
     name = "cross"
     least = MIN_CROSS_OBJECTS
     usual_counts = (5, 8)
+    demonstration_share = 0.15
+    crowded_share = 0.1
 
     def draft(
         self,
@@ -90,6 +92,21 @@ class Cross(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, found.crossing, spec, table)
+
+    def exact_places(self, points: np.ndarray) -> np.ndarray:
+        """Return centroids (N, 2) projected to two lines at right angles through their crossing."""
+        fit = fit_cross(points)
+        first, second = (points[[line[0], line[-1]]] for line in fit.lines)
+        # The mean direction of both lines, the second turned by a quarter.
+        ways = [(end - start) / max(float(np.linalg.norm(end - start)), 1e-9) for start, end in (first, second)]
+        quarter = np.array([ways[1][1], -ways[1][0]])
+        axis = ways[0] + (quarter if quarter @ ways[0] >= 0 else -quarter)
+        axes = np.array([axis, [-axis[1], axis[0]]]) / max(float(np.linalg.norm(axis)), 1e-9)
+        local = (points - fit.crossing) @ axes.T
+        for own, line in enumerate(fit.lines):
+            local[[i for i in line if i != fit.middle], 1 - own] = 0.0
+        local[fit.middle] = 0.0
+        return fit.crossing + local @ axes
 
     def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
         """Return each body and the next one along both lines, through the crossing."""

@@ -30,6 +30,8 @@ class Grid(SpreadStructure):
     name = "grid"
     least = MIN_GRID_OBJECTS
     usual_counts = (4, 9)
+    demonstration_share = 0.17
+    crowded_share = 0.15
 
     def draft(
         self,
@@ -98,6 +100,10 @@ class Grid(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, fit.centre, spec, table)
+
+    def exact_places(self, points: np.ndarray) -> np.ndarray:
+        """Return the places (N, 2) of the lattice nearest to centroids (N, 2)."""
+        return fit_lattice(points).exact
 
     def neighbours(self, bodies: Sequence[PlacedBody], spec: StructureSpec) -> list[tuple[int, int]]:
         """Return the pairs of bodies beside each other in a row or a column."""

@@ -23,6 +23,7 @@ class Lattice:
         columns: their number.
         places: (N, 2) the row and the column of each object, row 0 the first full one.
         centre: (2,) the middle of all places, metres.
+        exact: (N, 2) where the place of each object is, metres.
         off: the largest distance of an object to its place, metres.
         uneven: the largest difference of two pitches in one direction, metres.
     """
@@ -31,6 +32,7 @@ class Lattice:
     columns: int
     places: np.ndarray
     centre: np.ndarray
+    exact: np.ndarray
     off: float
     uneven: float
 
@@ -113,4 +115,5 @@ def _least_squares(points: np.ndarray, places: np.ndarray, rows: int, columns: i
     centre = (
         middle + (pitches * ((rows - 1) / 2 - places[:, 0].mean(), (columns - 1) / 2 - places[:, 1].mean())) @ frame
     )
-    return Lattice(rows, columns, places.astype(int), centre, off, uneven)
+    exact = middle + (pitches * about) @ frame
+    return Lattice(rows, columns, places.astype(int), centre, exact, off, uneven)

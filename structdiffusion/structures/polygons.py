@@ -187,6 +187,19 @@ def _triangle_of(points: np.ndarray, sides: Sequence[Sequence[int]]) -> np.ndarr
     return result if np.linalg.det(result[1:] - result[0]) > 0 else result[::-1]
 
 
+def places_on(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the corners for the points (N, 2) that belong there, and even places on each side for its other points."""
+    at_corner = corner_objects(points, corners)
+    places = np.array(points)
+    places[list(at_corner)] = corners
+    for number, side in enumerate(_members(points, corners)):
+        start, end = corners[number], corners[(number + 1) % len(corners)]
+        inner = sorted(side[2:], key=lambda i: float((points[i] - start) @ (end - start)))
+        for k, i in enumerate(inner, start=1):
+            places[i] = start + (end - start) * k / (len(inner) + 1)
+    return places
+
+
 def order_along(points: np.ndarray, corners: np.ndarray) -> list[int]:
     """Return the points (N, 2) by index as they follow one another along an outline (C, 2), counter-clockwise."""
     return [int(i) for i in np.argsort(project(points, corners)[1])]

@@ -43,6 +43,7 @@ class Pyramid(Structure):
     least = MIN_PYRAMID_OBJECTS
     usual_counts = (3, 6)
     exact_count = False
+    demonstration_share = 0.2  # more often than others, since some fall and are dropped
     requirement = (
         f"{STANDING}, lower than {_TALLEST_OBJECT} m, able to carry, not slender, and neither cutlery nor a plate or "
         "bowl"

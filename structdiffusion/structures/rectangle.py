@@ -24,6 +24,7 @@ from structdiffusion.structures.polygons import (
     order_along,
     outline_checks,
     pairs_around,
+    places_on,
     side_lengths,
 )
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, rotated, spread_ratio
@@ -42,6 +43,8 @@ class Rectangle(SpreadStructure):
     name = "rectangle"
     least = MIN_RECTANGLE_OBJECTS
     usual_counts = (4, 8)
+    demonstration_share = 0.17
+    crowded_share = 0.1
 
     def draft(
         self,
@@ -132,6 +135,15 @@ class Rectangle(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, corners.mean(axis=0), spec, table)
+
+    def exact_places(self, points: np.ndarray) -> np.ndarray:
+        """Return places (N, 2) at the corners and evenly along the sides of the rectangle nearest to centroids (N, 2)."""
+        corners = fit_rectangle(points)
+        lengths = side_lengths(corners)[:2]
+        ways = np.array([corners[1] - corners[0], corners[3] - corners[0]]) / np.maximum(lengths, 1e-9)[:, None]
+        half = self._fitted_sides(lengths) / 2
+        fitted = corners.mean(axis=0) + half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) @ ways
+        return places_on(points, fitted)
 
     def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
         """Return the bodies' indices along the outline, counter-clockwise."""

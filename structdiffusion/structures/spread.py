@@ -15,6 +15,8 @@ from structdiffusion.structures.structure import Draft, Structure, Traits, choos
 
 # A drawn scene takes the narrowest of so many times as many objects: broad ones fit in small sizes only.
 _NARROWEST_OF = 2
+_KEPT = 0.004  # m off its exact place at which a sampled object stays: a grid's pitches may differ by four times as much
+_LITTLE = 0.04  # m: an object that is farther off was not meant for that place, and stays too
 
 
 class SpreadStructure(Structure):
@@ -39,20 +41,43 @@ class SpreadStructure(Structure):
         return "rotation" in self.slots and len(bodies) >= self.least
 
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
-        """Return how far (N, 2), metres, each body moves from or toward the centre: into the size's band."""
-        if size is None or len(bodies) < self.least or any(body.rests_on for body in bodies):
+        """Return how far (N, 2), metres, each body moves: near its exact place, then into the size's band.
+
+        Where an object stands on another, none moves.
+        """
+        if len(bodies) < self.least or any(body.rests_on for body in bodies):
             return super().corrections(bodies, size)
-        ratio = spread_ratio(bodies)
-        centre = self.centre(bodies)
         points = np.array([body.centroid for body in bodies])
-        return (clip_to_size(ratio, 1.0, size) / ratio - 1.0) * (points - centre)
+        nearer = _nearer(points, self.exact_places(points))
+        if size is not None:
+            centre = self.centre(bodies)
+            ratio = _ratio([body.local_footprint for body in bodies], nearer)
+            nearer = centre + clip_to_size(ratio, 1.0, size) / ratio * (nearer - centre)
+        return nearer - points
+
+    def exact_places(self, points: np.ndarray) -> np.ndarray:
+        """Return where centroids (N, 2) of `least` or more objects would be in the exact structure that is nearest.
+
+        By default they stay: every place is as good.
+        """
+        return points
 
 
 def spread_ratio(bodies: Sequence[PlacedBody]) -> float:
-    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear each other by 1 cm.
-    """
-    places = np.array([body.centroid for body in bodies])
-    return 1.0 / max(tightest_scale([body.local_footprint for body in bodies], places - places.mean(axis=0)), 1e-9)
+    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear each other by 1 cm."""
+    return _ratio([body.local_footprint for body in bodies], np.array([body.centroid for body in bodies]))
+
+
+def _ratio(outlines: Sequence[np.ndarray], places: np.ndarray) -> float:
+    return 1.0 / max(tightest_scale(outlines, places - places.mean(axis=0)), 1e-9)
+
+
+def _nearer(points: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return points (N, 2) moved toward their places (N, 2) where they are off by a little, but not too little to matter."""
+    off = points - places
+    length = np.linalg.norm(off, axis=1, keepdims=True)
+    share = np.minimum(1.0, _KEPT / np.maximum(length, 1e-12))
+    return places + off * np.where(length > _LITTLE, 1.0, share)
 
 
 def draft_on_places(

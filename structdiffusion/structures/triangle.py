@@ -38,6 +38,7 @@ from structdiffusion.structures.polygons import (
     order_along,
     outline_checks,
     pairs_around,
+    places_on,
 )
 from structdiffusion.structures.rectangle import between_corners, sides_of
 from structdiffusion.structures.spread import SpreadStructure, draft_on_places, outward_axes, rotated, spread_ratio
@@ -56,6 +57,8 @@ class Triangle(SpreadStructure):
     name = "triangle"
     least = MIN_TRIANGLE_OBJECTS
     usual_counts = (3, 7)
+    demonstration_share = 0.17
+    crowded_share = 0.1
 
     def draft(
         self,
@@ -154,6 +157,10 @@ class Triangle(SpreadStructure):
         if spec.size is not None:
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, centre, spec, table)
+
+    def exact_places(self, points: np.ndarray) -> np.ndarray:
+        """Return places (N, 2) at the corners and evenly along the sides of the triangle nearest to centroids (N, 2)."""
+        return places_on(points, fit_triangle(points))
 
     def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:
         """Return the bodies' indices along the outline, counter-clockwise."""
