@@ -25,6 +25,11 @@ def word_ids(spec: StructureSpec) -> list[int]:
     return [WORDS.get((slot, value), 0) for slot, value in spec.to_dict().items()]
 
 
+def are_known_words(spec: StructureSpec, vocabulary: int) -> bool:
+    """Return whether a network with so many word ids, 0 included, was trained on every value of a spec."""
+    return max(word_ids(spec)) < vocabulary
+
+
 def require_known_words(spec: StructureSpec, vocabulary: int, network: str) -> None:
     """Refuse a spec with values that the network does not know.
 

@@ -46,7 +46,8 @@ def measure_discriminators(
     """Measure how often the structure and the collision discriminator are right, by kind of example; JSON-ready.
 
     Args:
-        data: folder of `structagent generate` with scenes and objects that were not trained on.
+        data: folder of `structagent generate` with scenes and objects that were not trained on; scenes of shapes that the
+            structure discriminator does not know are left out.
         weights: folder with `structure/` and `collision/`; `None` for the shipped ones.
         examples: number for each network, rounded up to whole batches.
         seed: of the choice of scenes, of camera noise, and of displacements.
@@ -62,7 +63,8 @@ def measure_discriminators(
         require_cards(provenance(("structure", "collision"), weights))
     structure = StructureDiscriminator.from_pretrained(folder / "structure")
     collision = CollisionDiscriminator.from_pretrained(folder / "collision")
-    scenes, pairs = DemonstrationBatches(data), PairBatches.load(data)
+    scenes = DemonstrationBatches(data, known=structure.config.vocabulary)
+    pairs = PairBatches.load(data)
     command = command_line(
         "discriminators", data=data, examples=examples, seed=seed, weights=weights, allow_unverified=allow_unverified
     )
@@ -82,7 +84,7 @@ def _structure(model: StructureDiscriminator, data: DemonstrationBatches, exampl
     right, kinds = [], []
     rounds = range(-(-examples // (2 * _BATCH + _BATCH // 3)))
     for _ in followed("batches of scenes", iter(rounds), len(rounds)):
-        drawn = draw_examples(data, generator, _BATCH)
+        drawn = draw_examples(data, generator, _BATCH, model.config.vocabulary)
         logits = model(drawn.clouds, drawn.present, drawn.nouns, drawn.words)
         right.append((logits > 0) == (drawn.right > 0.5))
         kinds.append(drawn.kind)

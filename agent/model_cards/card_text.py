@@ -150,9 +150,11 @@ def _training(training: Mapping[str, Any] | None) -> list[str]:
         )
     head = ["steps", "time", "devices", "batch, each", "learning rate", "seed", "data", "examples a second"]
     losses = ", ".join(f"{name} {value:.4f}" for name, value in training["losses"].items())
+    starts = [start["model.safetensors"]["sha256"] for one in training["sessions"] if (start := one.get("start"))]
     return [
         f"{training['steps']:,} steps in {duration(training['seconds'])}; at the end: {losses}.",
         _table(head, rows),
+        *(f"The first weights are those with the SHA-256 `{checksum}`." for checksum in dict.fromkeys(starts)),
     ]
 
 

@@ -111,7 +111,7 @@ def _train_together(run: TrainingRun, device_type: str) -> None:
 def _train(run: TrainingRun, device: torch.device, distributed: DistributedContext | None = None) -> None:
     import torch
 
-    from structdiffusion.models.checkpoint import start_from
+    from structdiffusion.models.checkpoint import file_facts, start_from
     from structdiffusion.training.loop import TrainingOptions, train
     from structdiffusion.training.run_record import RunMetadata, about_data
 
@@ -124,7 +124,8 @@ def _train(run: TrainingRun, device: torch.device, distributed: DistributedConte
         loss = partial(loss, autocast=True)
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
     examples = "pairs" if run.kind == "collision" else "scenes"
-    metadata = RunMetadata(__version__, about_data(run.data), run.recipe.batch, examples, run.precision)
+    start = file_facts(run.start) if run.start is not None else None
+    metadata = RunMetadata(__version__, about_data(run.data), run.recipe.batch, examples, run.precision, start)
     is_first = distributed is None or distributed.rank == 0
     console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not is_first)
     with progress_bar(quiet=not is_first) as progress:

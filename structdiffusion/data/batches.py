@@ -18,6 +18,7 @@ from structdiffusion.data.npz_files import read_arrays
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.simulation.partial_views import partial_views
 from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.structure import a_structure
 from structdiffusion.word_tokens import FIRST_VOCABULARY, WORDS
 
 # Probabilities of keeping all slots, the shape, and each other slot.
@@ -63,15 +64,21 @@ class DemonstrationBatches:
         device: the device of the tensors.
         points: P of the clouds.
         shape: draw only structures of this shape.
+        known: draw only scenes that a network with so many word ids, 0 included, can be asked for; `None` for all.
 
     Raises:
-        FileNotFoundError: for a missing file, or if no scene has the shape; the message names the command that makes
-            it.
+        FileNotFoundError: for a missing file, or if no scene has the shape or is known; the message names the
+            command that makes it.
         DataFolderError: for a truncated or damaged file.
     """
 
     def __init__(
-        self, folder: str | Path, device: torch.device | str = "cpu", points: int = 256, shape: str | None = None
+        self,
+        folder: str | Path,
+        device: torch.device | str = "cpu",
+        points: int = 256,
+        shape: str | None = None,
+        known: int | None = None,
     ) -> None:
         folder = Path(folder)
         shards = sorted(folder.glob("shard_*.npz"))
@@ -92,12 +99,16 @@ class DemonstrationBatches:
         loaded = [widened(shard, max(widths)) for shard in loaded]
         width = torch.from_numpy(np.repeat(widths, [len(shard["goal"]) for shard in loaded]))
         column = {name: torch.from_numpy(np.concatenate([shard[name] for shard in loaded])) for name in loaded[0]}
+        wanted = torch.ones(len(width), dtype=torch.bool)
         if shape is not None:
-            alike = column["words"][:, SLOTS.index("shape")] == WORDS["shape", shape]
-            if not alike.any():
-                made = f"make some with `structagent generate --out {folder}`"
-                raise FileNotFoundError(f"none of the {len(alike)} scenes in {folder} is a {shape}; {made}")
-            column, width = {name: rows[alike] for name, rows in column.items()}, width[alike]
+            wanted &= column["words"][:, SLOTS.index("shape")] == WORDS["shape", shape]
+        if known is not None:
+            wanted &= (column["words"] < known).all(dim=1)
+        if not wanted.any():
+            made = f"make some with `structagent generate --out {folder}`"
+            what = a_structure(shape) if shape is not None else "known to the network"
+            raise FileNotFoundError(f"none of the {len(wanted)} scenes in {folder} is {what}; {made}")
+        column, width = {name: rows[wanted] for name, rows in column.items()}, width[wanted]
         self.objects = column["objects"].long().to(device)  # (D, W + 2)
         self.initial, self.goal = column["initial"].to(device), column["goal"].to(device)
         self.frame, self.words = column["frame"].to(device), column["words"].long().to(device)

@@ -25,7 +25,7 @@ from structdiffusion.models.encoders import (
 )
 from structdiffusion.rotations import rotation_from_6d, rotation_to_6d
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
-from structdiffusion.word_tokens import FIRST_VOCABULARY, WORD_TOKENS
+from structdiffusion.word_tokens import VOCABULARY, WORD_TOKENS
 
 POSE = 9  # 3 + 6 numbers a pose
 OBJECT_WIDTH = 96  # of an object's encoding
@@ -60,7 +60,7 @@ class BackboneConfig:
     frame_scale: tuple[float, float, float] = (0.09, 0.19, 0.05)
     object_center: tuple[float, float, float] = (-0.015, 0.0, 0.06)
     object_scale: tuple[float, float, float] = (0.065, 0.10, 0.05)
-    vocabulary: int = FIRST_VOCABULARY
+    vocabulary: int = VOCABULARY
 
 
 @dataclass(frozen=True)

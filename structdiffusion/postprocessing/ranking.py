@@ -21,7 +21,7 @@ from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.structures import STRUCTURES
-from structdiffusion.word_tokens import require_known_words, word_ids
+from structdiffusion.word_tokens import are_known_words, word_ids
 
 # m between outlines, above which two objects cannot intersect, so the network is not evaluated.
 _NEAR = 0.015
@@ -87,12 +87,16 @@ class Ranker:
             at_goal = torch.einsum("knij,npj->knpi", moved[..., :3, :3], clouds) + moved[..., None, :3, 3]
             if orders is None:
                 orders = np.tile(_places(objects, spec), (len(motions), 1))
-            structure = self._structure(at_goal, nouns, spec, torch.from_numpy(orders))
+            # Of a shape that the structure discriminator was not trained on, the other scores decide.
+            if are_known_words(spec, self.structure.config.vocabulary):
+                structure = self._structure(at_goal, nouns, spec, torch.from_numpy(orders))
+                require_sound(structure, StructureDiscriminator.kind)
+                for row, score in zip(rows, structure, strict=True):
+                    row["structure"] = float(score)
             free = self._collision_free(outlines, [thing.outline for thing in others], at_goal, other_clouds)
-            require_sound(structure, StructureDiscriminator.kind)
             require_sound(free, CollisionDiscriminator.kind)
-            for k, row in enumerate(rows):
-                row.update(structure=float(structure[k]), collision=float(free[k]))
+            for row, score in zip(rows, free, strict=True):
+                row["collision"] = float(score)
         for k, row in enumerate(rows):
             if self.bounds:
                 row["bounds"] = math.exp(-table.overhang(np.concatenate(outlines[k])) / _OVERHANG)
@@ -106,7 +110,6 @@ class Ranker:
         """Score clouds at their goals (K, N, P, 3), place by place: (K,)."""
         count = len(at_goal)
         present = torch.ones(orders.shape, dtype=torch.bool)
-        require_known_words(spec, self.structure.config.vocabulary, self.structure.kind)
         words = torch.tensor([word_ids(spec)]).expand(count, -1)
         in_place = at_goal[torch.arange(count)[:, None], orders]
         return self.structure(in_place, present, nouns[orders], words).sigmoid()

@@ -33,6 +33,8 @@ class RunMetadata:
         batch: how many examples each device takes per step.
         examples: what an example is, such as "scenes".
         precision: the precision of the network's computations; weights and geometry are always float32.
+        start: sizes and checksums of the checkpoint that the first weights are from (`checkpoint.file_facts`); `None`
+            for random ones.
     """
 
     version: str
@@ -40,6 +42,7 @@ class RunMetadata:
     batch: int
     examples: str = "scenes"
     precision: str = "float32"
+    start: Mapping[str, Any] | None = None
 
 
 def about_data(folder: Path) -> dict[str, Any]:

@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from grounding.corpus.grammar import legal_specs
+from grounding.spec import SHAPES
 from structdiffusion.data import demonstrations
 from structdiffusion.footprints import turned
 from structdiffusion.models.encoders import SENTENCE_WIDTH
@@ -59,7 +60,7 @@ def data_folder(library, tmp_path_factory):
         patch.setattr(demonstrations, "SHARD_SCENES", 12)
         patch.setattr(demonstrations, "PROVEN", 0)
         list(demonstrations.generate(library, folder, 24, seed=3))
-    words = np.array([word_ids(spec) for spec in legal_specs() for _ in range(2)], dtype=np.int8)
+    words = np.array([word_ids(spec) for spec in legal_specs((*SHAPES, None)) for _ in range(2)], dtype=np.int8)
     embeddings = np.zeros((len(words), SENTENCE_WIDTH), dtype=np.float16)
     embeddings[:, : words.shape[1]] = words
     embeddings[:, -1] = 1.0  # never all zeros, which would mean "no sentence"

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from structdiffusion.models.checkpoint import Checkpointed
 from structdiffusion.models.encoders import PointEncoder, fake_scenes
-from structdiffusion.word_tokens import FIRST_VOCABULARY
+from structdiffusion.word_tokens import VOCABULARY
 
 LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: slots that do not depend on the structure's position
 
@@ -37,7 +37,7 @@ class StructureConfig:
     points: int = 168
     max_objects: int = 12
     nouns: int = 7
-    vocabulary: int = FIRST_VOCABULARY
+    vocabulary: int = VOCABULARY
 
 
 class StructureDiscriminator(Checkpointed):

@@ -19,7 +19,7 @@ def line(tmp_path, monkeypatch) -> list[str]:
     """A command line that draws eight scenes of six boxes; sentences are few, because embedding them takes long."""
     monkeypatch.setattr(demonstrations, "SHARD_SCENES", 4)
     monkeypatch.setattr(demonstrations, "PROVEN", 0)
-    monkeypatch.setattr(sentence_embeddings, "all_sentences", lambda: islice(all_sentences(), 20))
+    monkeypatch.setattr(sentence_embeddings, "all_sentences", lambda shapes: islice(all_sentences(shapes), 20))
     meshes = tmp_path / "boxes"
     meshes.mkdir()
     for number in range(6):

@@ -5,7 +5,8 @@ import pytest
 
 from agent.training.sentence_embeddings import write_language
 from grounding.corpus.grammar import OBJECT_WORDS, all_sentences
-from structdiffusion.word_tokens import word_ids
+from grounding.spec import SHAPES
+from structdiffusion.word_tokens import VOCABULARY, word_ids
 
 
 class Recorder:
@@ -30,14 +31,15 @@ def test_every_sentence_is_there_with_its_words(written):
     assert embeddings.shape == (count, 384) and words.shape[1] == 5
     np.testing.assert_allclose(embeddings[:, 0], np.arange(count) / count, atol=1e-3)  # in the order of the texts
     found = {(text, tuple(row)) for text, row in zip(texts, words.tolist())}
-    missing = [text for text, spec in all_sentences() if (text, tuple(word_ids(spec))) not in found]
+    missing = [text for text, spec in all_sentences((*SHAPES, None)) if (text, tuple(word_ids(spec))) not in found]
     assert missing == []
+    assert set(range(1, VOCABULARY)) == set(words.flatten().tolist()) - {0}
 
 
 def test_a_changed_noun_keeps_the_rest_of_the_sentence_and_its_words(written):
     _, texts, _, words = written
     corpus = {}
-    for text, spec in all_sentences():
+    for text, spec in all_sentences((*SHAPES, None)):
         corpus.setdefault(text, set()).add(tuple(word_ids(spec)))
     changed = [k for k, text in enumerate(texts) if text not in corpus]
     assert len(changed) > 500

@@ -14,9 +14,11 @@ from structdiffusion.models.structure.loss import at_goal
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.rotations import yaw_matrices
+from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
-from structdiffusion.word_tokens import WORDS
+from structdiffusion.word_tokens import FIRST_VOCABULARY, VOCABULARY, WORDS
+from tests.structdiffusion.structures.handmade import carriers
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +63,10 @@ def test_stored_scenes_are_what_their_words_say(data_folder, library):
             model = library[stored.objects[row, n]]
             x, y, z, turn = stored.goal[row, n].astype(float)
             yaw = stored.initial[row, n, 2] + turn
-            carrier = (n - 1,) if spec.shape == "tower" and n else ()
             footprint = turned(model.footprint, yaw) + (x, y)
+            below = [one.footprint for one in bodies], [one.z_bottom for one in bodies], [one.z_top for one in bodies]
+            outlines, bottoms, tops = ([*column, own] for column, own in zip(below, (footprint, z, z + model.height)))
+            carrier = (n - 1,) if spec.shape == "tower" and n else carriers(n, outlines, bottoms, tops)
             bodies.append(
                 PlacedBody(model.name, model.category, footprint, np.array([x, y]), z, z + model.height, yaw, carrier)
             )
@@ -137,6 +141,27 @@ def test_a_missing_file_is_named_with_the_command_that_makes_it(data_folder, tmp
 def test_every_value_of_every_slot_is_a_word():
     assert set(WORDS) == {(slot, value) for slot in SLOTS for value in LEGAL_VALUES[slot]}
     assert [WORDS["shape", shape] for shape in FIRST_SHAPES] == [1, 2, 3, 4]
+
+
+def test_what_a_network_does_not_know_can_be_left_out(data_folder):
+    whole, known = DemonstrationBatches(data_folder), DemonstrationBatches(data_folder, known=FIRST_VOCABULARY)
+    assert FIRST_VOCABULARY < whole.vocabulary <= VOCABULARY and known.vocabulary == FIRST_VOCABULARY
+    assert 0 < len(known) == int((whole.words[:, 0] <= len(FIRST_SHAPES)).sum()) < len(whole)
+    with pytest.raises(FileNotFoundError, match=r"none of the \d+ scenes in .* is known to the network; make some with"):
+        DemonstrationBatches(data_folder, known=1)
+
+
+@pytest.mark.parametrize("crowded", [False, True])
+def test_scenes_have_room_for_the_objects_of_every_shape(library, crowded):
+    """Shapes that usually have more objects than a row of the data get fewer of them; each shape with a share is drawn."""
+    shard = draw_shard(library, 2, 0, 40, crowded=crowded)
+    members = (shard.columns["objects"][:, :-2] >= 0).sum(axis=1)
+    assert members.max() <= shard.columns["goal"].shape[1] == (10 if crowded else 7)
+    share = "crowded_share" if crowded else "demonstration_share"
+    drawn = {shape for shape, structure in STRUCTURES.items() if getattr(structure, share)}
+    assert {"grid", "cross"} <= drawn
+    shapes = {shape for shape in drawn if WORDS["shape", shape] in shard.columns["words"][:, 0]}
+    assert len(shapes) > 6 and "grid" in shapes
 
 
 def test_a_batch_is_as_wide_as_its_scenes(data_folder, library, tmp_path):

@@ -4,13 +4,14 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from structdiffusion.models.checkpoint import CheckpointError, parameter_count
+from structdiffusion.models.checkpoint import CheckpointError, parameter_count, start_from
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.model import CollisionConfig
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.planners.factory import load_planner
+from structdiffusion.word_tokens import FIRST_VOCABULARY
 from tests.memory import forget_peak, peak_megabytes
 
 SMALL = CollisionConfig(width=16, layers=1, points=32)
@@ -50,6 +51,27 @@ def test_configs_come_back_equal_tuples_included(tmp_path):
     config = DiffusionConfig(**size, nouns=("plate", "fork"), prediction_type="epsilon")
     PoseDiffusion(config).save_pretrained(tmp_path)
     assert PoseDiffusion.from_pretrained(tmp_path).config == config
+
+
+def test_a_network_that_knows_more_words_starts_from_one_that_knows_fewer(tmp_path):
+    """Old words keep their embeddings and all other weights are the same, so that it answers old words as before."""
+    size = {"width": 32, "layers": 1, "heads": 2, "feed_forward": 32}
+    few = PoseDiffusion(DiffusionConfig(**size, vocabulary=FIRST_VOCABULARY)).eval()
+    few.save_pretrained(tmp_path)
+    torch.manual_seed(1)
+    more = PoseDiffusion(DiffusionConfig(**size)).eval()
+    own = more.word.weight.detach().clone()
+    start_from(more, tmp_path)
+    assert torch.equal(more.word.weight[FIRST_VOCABULARY:], own[FIRST_VOCABULARY:])
+    given = PoseDiffusion.fake_input(2, 3, torch.Generator().manual_seed(2))
+    answers = [one.try_out(given, torch.Generator().manual_seed(3)) for one in (few, more)]
+    torch.testing.assert_close(*answers, atol=5e-3, rtol=0)
+    with pytest.raises(CheckpointError, match=r"'word.weight' has the shape \(\d+, 96\); expected \(5, 96\)"):
+        start_from(PoseDiffusion(DiffusionConfig(**size, vocabulary=5)), tmp_path)
+    with pytest.raises(CheckpointError, match="expected none"):
+        start_from(PoseDiffusion(DiffusionConfig(**(size | {"layers": 0}))), tmp_path)
+    with pytest.raises(CheckpointError, match="of kind 'diffusion'; expected 'collision'"):
+        start_from(CollisionDiscriminator(SMALL), tmp_path)
 
 
 @pytest.mark.parametrize("name", ["config.json", "model.safetensors"])

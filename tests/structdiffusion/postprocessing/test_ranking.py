@@ -13,6 +13,7 @@ from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.models.structure.model import StructureConfig
 from structdiffusion.observation import ObjectCloud, Table
 from structdiffusion.postprocessing.ranking import Ranker
+from structdiffusion.word_tokens import FIRST_VOCABULARY
 
 SPEC = StructureSpec("line", rotation="north")
 
@@ -81,6 +82,18 @@ def test_scores_lie_in_the_unit_interval_and_the_total_is_their_product():
         assert set(row) == {"structure", "collision", "bounds", "checks", "support", "total"}
         assert all(0 <= value <= 1 for value in row.values())
         assert row["total"] == pytest.approx(math.prod(value for name, value in row.items() if name != "total"))
+
+
+def test_a_shape_that_the_structure_discriminator_does_not_know_is_ranked_by_the_other_scores():
+    judge = Constant()
+    judge.config = StructureConfig(vocabulary=FIRST_VOCABULARY)
+    (known,) = scores(Ranker(judge, NearestPoints()), STAY[None])
+    (later,) = scores(Ranker(judge, NearestPoints()), STAY[None], spec=StructureSpec("triangle"))
+    assert known["structure"] == pytest.approx(0.8)
+    assert set(later) == {"collision", "bounds", "checks", "support", "total"}
+    assert later["total"] == pytest.approx(math.prod(value for name, value in later.items() if name != "total"))
+    (taught,) = scores(Ranker(Constant(), NearestPoints()), STAY[None], spec=StructureSpec("triangle"))
+    assert taught["structure"] == pytest.approx(0.8)
 
 
 def test_a_good_row_is_better_than_overlap_overhang_and_a_broken_row():
