@@ -33,6 +33,8 @@ _MOST_WIDER = 60
 _GROUPS_APART = MIN_GROUP_GAP + 0.015  # m
 _TRIED_STACKS = 10  # stacks that are tried in physics, until two stand under every hypothesis
 _ENOUGH_STACKS = 2
+# Share of hypotheses under which a proposed stack stands that is kept; one that was not tried has as much.
+_STANDS = 0.5
 
 
 class StructurePlanner(Protocol):
@@ -49,8 +51,8 @@ class StructureBlocks:
     """Proposals for the structures of a goal.
 
     Attributes:
-        planner: proposes structures without keys; `None` for exact layouts only. Shapes that
-            it was not taught are laid out too.
+        planner: proposes structures without keys; `None` for exact layouts only. Shapes that it was not taught are laid
+            out too, and so is a structure none of whose proposals passes its checks.
         scene: the observation.
         state: the same, completed.
         grouping: by which colours objects can be grouped.
@@ -89,6 +91,7 @@ class StructureBlocks:
         arrangements = self.planner.propose(own, StructureGoal(part.spec), count=count, generator=generator)
         if part.shape is not None and STRUCTURES[part.shape].stacks:
             arrangements = self._tried(own, members, arrangements, part)
+            arrangements = [one for one in arrangements if one.scores["imagined"] > _STANDS]
         blocks = []
         for arrangement in arrangements:
             motions = {}
@@ -96,8 +99,17 @@ class StructureBlocks:
                 lowered = np.eye(4)
                 lowered[2, 3] = -self.state.items[index].bottom
                 motions[index] = arrangement.goal_from_initial[place] @ lowered
-            blocks.append(self._block(part, motions, float(arrangement.scores["total"])))
+            if self._holds(part, motions):
+                blocks.append(self._block(part, motions, float(arrangement.scores["total"])))
         return blocks
+
+    def _holds(self, part: StructurePart, motions: Mapping[int, np.ndarray]) -> bool:
+        """Return whether what a planner proposed passes its checks, wherever it stands; stacks were tried in physics."""
+        if part.shape is None or STRUCTURES[part.shape].stacks:
+            return True
+        bodies = [self.state.items[i].body_after(motion) for i, motion in motions.items()]
+        spec = replace(part.spec, x_position=None, y_position=None)
+        return all(check.passed for check in STRUCTURES[part.shape].check(bodies, spec, self.state.table))
 
     def _laid_out(
         self, part: StructurePart, members: tuple[int, ...], count: int, rng: np.random.Generator
