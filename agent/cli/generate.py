@@ -31,7 +31,7 @@ def generate(
 ) -> None:
     """Generate training data.
 
-    Scenes are arranged by the geometric planner, and towers are checked in physics. A datasheet describes the data. The
+    Scenes are arranged by the geometric planner, and stacks are checked in physics. A datasheet describes the data. The
     same command resumes a run that was stopped; in a finished folder it only rewrites the datasheet.
 
     Example: structagent generate --out data/train --scenes 20000 --workers 8
