@@ -40,7 +40,9 @@ class DistributedContext:
     def __init__(self, cpu: bool) -> None:
         self._accelerator = Accelerator(cpu=cpu)
         self.rank, self.count = self._accelerator.process_index, self._accelerator.num_processes
-        self.device = self._accelerator.device
+        # A numbered CPU, "cpu:0", is no place that a saved state can be loaded to.
+        own = self._accelerator.device
+        self.device = torch.device("cpu") if own.type == "cpu" else own
 
     def averaged(self, model: nn.Module, loss: Loss) -> Loss:
         """Wrap the loss so that gradients of `model` are averaged over all processes; weights start as the first's."""

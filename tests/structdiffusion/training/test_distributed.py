@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import pytest
 import torch
@@ -18,12 +19,12 @@ OPTIONS = TrainingOptions(steps=6, learning_rate=2e-3, warmup=2, log_every=3, se
 SEEDS = (5 * 1_000_003, 5 * 1_000_003 + 0x9E3779B1)
 
 
-def work(folder):
+def work(folder, options=OPTIONS):
     """What each process does."""
     distributed = DistributedContext(cpu=True)
     model, loss = toy()
     metadata = RunMetadata("1.0", {}, 16)
-    list(train(model, loss, folder, OPTIONS, distributed.device, metadata=metadata, distributed=distributed))
+    list(train(model, loss, folder, options, distributed.device, metadata=metadata, distributed=distributed))
     distributed.end()
 
 
@@ -62,6 +63,13 @@ def test_two_processes_step_by_the_mean_of_their_gradients_and_one_goes_on_alone
     assert [(s["devices"], s["first_step"], s["last_step"]) for s in sessions] == [(2, 0, 6), (1, 6, 9)]
     faster = sessions[0]["examples_per_second"] / sessions[0]["steps_per_second"]
     assert faster == pytest.approx(32, rel=0.02)
+
+
+def test_two_processes_go_on_where_two_stopped(tmp_path):
+    in_processes(work, 2, tmp_path)
+    in_processes(work, 2, tmp_path, replace(OPTIONS, steps=9))
+    record = json.loads((tmp_path / "training.json").read_text())
+    assert [(s["first_step"], s["last_step"]) for s in record["sessions"]] == [(0, 6), (6, 9)]
 
 
 @pytest.mark.parametrize("error", [FileNotFoundError, DataFolderError, CheckpointError])
