@@ -46,8 +46,8 @@ def measure_discriminators(
     """Measure how often the structure and the collision discriminator are right, by kind of example; JSON-ready.
 
     Args:
-        data: folder of `structagent generate` with scenes and objects that were not trained on; scenes of shapes that the
-            structure discriminator does not know are left out.
+        data: folder of `structagent generate` with scenes and objects that were not trained on; scenes of shapes that
+            the structure discriminator does not know are left out.
         weights: folder with `structure/` and `collision/`; `None` for the shipped ones.
         examples: number for each network, rounded up to whole batches.
         seed: of the choice of scenes, of camera noise, and of displacements.

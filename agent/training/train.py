@@ -45,7 +45,8 @@ class TrainingRun:
         devices: how many train together, each on its own batches.
         precision: one of `PRECISIONS`.
         seed: of initial weights, batches and noise.
-        start: folder of a checkpoint to start from; `None` for random weights. A run that is resumed goes on from its own.
+        start: folder of a checkpoint to start from; `None` for random weights. A run that is resumed goes on from its
+            own.
     """
 
     kind: str

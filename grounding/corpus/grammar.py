@@ -80,7 +80,8 @@ HELD_OUT_COMBINATION_EVERY = 10
 def legal_specs(shapes: Sequence[str | None] = CORPUS_SHAPES) -> list[StructureSpec]:
     """List every legal combination of at least one token of some shapes, by default the first: 1055 specs.
 
-    Shapes come in the order given. Circle and line: 4 sizes x 4 x 4 positions x 5 rotations, "unspecified" counted, are 320 each;
+    Shapes come in the order given. Circle and line: 4 sizes x 4 x 4 positions x 5 rotations, "unspecified" counted, are
+    320 each;
     tower 4 x 4 = 16; table setting 4 x 4 x 5 = 80; without a shape 320, less the empty one: 319.
     """
     specs = []

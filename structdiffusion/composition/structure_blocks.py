@@ -104,7 +104,7 @@ class StructureBlocks:
         return blocks
 
     def _holds(self, part: StructurePart, motions: Mapping[int, np.ndarray]) -> bool:
-        """Return whether what a planner proposed passes its checks, wherever it stands; stacks were tried in physics."""
+        """Return whether what a planner proposed passes its checks, wherever it stands; stacks are tried in physics."""
         if part.shape is None or STRUCTURES[part.shape].stacks:
             return True
         bodies = [self.state.items[i].body_after(motion) for i, motion in motions.items()]

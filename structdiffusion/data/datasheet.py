@@ -37,7 +37,8 @@ _DRAWN = tuple(name for name, structure in STRUCTURES.items() if structure.demon
 _OUTCOMES = ("tries", "accepted", "no scene", "fell", "proven", "stood")  # see `shards.Shard`
 _BIASES = (
     "Every arrangement was laid out by the geometric planner: exact rings, straight lines, centred towers, settings of "
-    "one style, even outlines and grids. What people would also call a circle or a line, uneven as it may be, is not there.",
+    "one style, even outlines and grids. What people would also call a circle or a line, uneven as it may be, is not "
+    "there.",
     "A scene is drawn only where the planner finds a layout with room for it: wide objects, large structures and "
     "crowded corners of the table are rarer than they would be by chance.",
     "Towers and pyramids that fell in physics are left out, so that broad and low things are overrepresented in them.",

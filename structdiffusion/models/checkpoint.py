@@ -122,7 +122,8 @@ def start_from(model: Checkpointed, folder: str | Path) -> None:
     trained, own = type(model).from_pretrained(folder).state_dict(), model.state_dict()
     for name, tensor in trained.items():
         wide = own.get(name)
-        if name == _WORD_EMBEDDINGS and wide is not None and len(tensor) < len(wide) and tensor.shape[1:] == wide.shape[1:]:
+        fewer = name == _WORD_EMBEDDINGS and wide is not None and len(tensor) < len(wide)
+        if fewer and tensor.shape[1:] == wide.shape[1:]:
             tensor = torch.cat((tensor, wide[len(tensor) :].cpu()))
         if wide is None or tensor.shape != wide.shape:
             raise CheckpointError(

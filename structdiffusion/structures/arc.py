@@ -152,7 +152,7 @@ class Arc(RingStructure, SpreadStructure):
         return checks + position_checks(bodies, centre, spec, table)
 
     def exact_places(self, points: np.ndarray) -> np.ndarray:
-        """Return places (N, 2) at even angles of the circle nearest to centroids (N, 2), no narrower or wider than drawn."""
+        """Return places (N, 2) at even angles of the circle nearest to centroids (N, 2), of a span that is drawn."""
         centre, radius = fit_circle(points)
         offsets = points - centre
         angles, gaps = angular_gaps(offsets)

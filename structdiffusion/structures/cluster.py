@@ -96,7 +96,7 @@ class Cluster(SpreadStructure):
 
 
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
-        """Return how far (N, 2), metres, each body moves: toward the middle where they lie apart, and into the size's band.
+        """Return how far (N, 2), metres, each body moves: together if they lie apart, and into the size's band.
 
         Where an object stands on another, or nothing is wrong, none moves.
         """

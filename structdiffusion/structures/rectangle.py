@@ -137,7 +137,7 @@ class Rectangle(SpreadStructure):
         return checks + position_checks(bodies, corners.mean(axis=0), spec, table)
 
     def exact_places(self, points: np.ndarray) -> np.ndarray:
-        """Return places (N, 2) at the corners and evenly along the sides of the rectangle nearest to centroids (N, 2)."""
+        """Return places (N, 2) at the corners and along the sides of the rectangle nearest to centroids (N, 2)."""
         corners = fit_rectangle(points)
         lengths = side_lengths(corners)[:2]
         ways = np.array([corners[1] - corners[0], corners[3] - corners[0]]) / np.maximum(lengths, 1e-9)[:, None]

@@ -15,7 +15,7 @@ from structdiffusion.structures.structure import Draft, Structure, Traits, choos
 
 # A drawn scene takes the narrowest of so many times as many objects: broad ones fit in small sizes only.
 _NARROWEST_OF = 2
-_KEPT = 0.004  # m off its exact place at which a sampled object stays: a grid's pitches may differ by four times as much
+_KEPT = 0.004  # m off its exact place at which a sampled object stays; a grid's pitches may differ by four times that
 _LITTLE = 0.04  # m: an object that is farther off was not meant for that place, and stays too
 
 
@@ -64,7 +64,8 @@ class SpreadStructure(Structure):
 
 
 def spread_ratio(bodies: Sequence[PlacedBody]) -> float:
-    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear each other by 1 cm."""
+    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear each other by 1 cm.
+    """
     return _ratio([body.local_footprint for body in bodies], np.array([body.centroid for body in bodies]))
 
 
@@ -73,7 +74,7 @@ def _ratio(outlines: Sequence[np.ndarray], places: np.ndarray) -> float:
 
 
 def _nearer(points: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return points (N, 2) moved toward their places (N, 2) where they are off by a little, but not too little to matter."""
+    """Return points (N, 2), of which those that miss their places (N, 2) by little are moved nearer to them."""
     off = points - places
     length = np.linalg.norm(off, axis=1, keepdims=True)
     share = np.minimum(1.0, _KEPT / np.maximum(length, 1e-12))

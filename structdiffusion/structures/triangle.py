@@ -159,7 +159,7 @@ class Triangle(SpreadStructure):
         return checks + position_checks(bodies, centre, spec, table)
 
     def exact_places(self, points: np.ndarray) -> np.ndarray:
-        """Return places (N, 2) at the corners and evenly along the sides of the triangle nearest to centroids (N, 2)."""
+        """Return places (N, 2) at the corners and along the sides of the triangle nearest to centroids (N, 2)."""
         return places_on(points, fit_triangle(points))
 
     def sequence(self, bodies: Sequence[PlacedBody]) -> list[int]:

@@ -147,13 +147,13 @@ def test_what_a_network_does_not_know_can_be_left_out(data_folder):
     whole, known = DemonstrationBatches(data_folder), DemonstrationBatches(data_folder, known=FIRST_VOCABULARY)
     assert FIRST_VOCABULARY < whole.vocabulary <= VOCABULARY and known.vocabulary == FIRST_VOCABULARY
     assert 0 < len(known) == int((whole.words[:, 0] <= len(FIRST_SHAPES)).sum()) < len(whole)
-    with pytest.raises(FileNotFoundError, match=r"none of the \d+ scenes in .* is known to the network; make some with"):
+    with pytest.raises(FileNotFoundError, match=r"none of the \d+ scenes in .* is known to the network; make some"):
         DemonstrationBatches(data_folder, known=1)
 
 
 @pytest.mark.parametrize("crowded", [False, True])
 def test_scenes_have_room_for_the_objects_of_every_shape(library, crowded):
-    """Shapes that usually have more objects than a row of the data get fewer of them; each shape with a share is drawn."""
+    """Shapes that usually have more objects than a row of the data has places for get fewer of them."""
     shard = draw_shard(library, 2, 0, 40, crowded=crowded)
     members = (shard.columns["objects"][:, :-2] >= 0).sum(axis=1)
     assert members.max() <= shard.columns["goal"].shape[1] == (10 if crowded else 7)
