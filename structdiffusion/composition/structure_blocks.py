@@ -91,7 +91,7 @@ class StructureBlocks:
         arrangements = self.planner.propose(own, StructureGoal(part.spec), count=count, generator=generator)
         if part.shape is not None and STRUCTURES[part.shape].stacks:
             arrangements = self._tried(own, members, arrangements, part)
-            arrangements = [one for one in arrangements if one.scores["imagined"] > _STANDS]
+            arrangements = [one for one in arrangements if one.scores["rollout"] > _STANDS]
         blocks = []
         for arrangement in arrangements:
             motions = {}

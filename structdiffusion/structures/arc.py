@@ -18,7 +18,7 @@ from structdiffusion.evaluation_protocol import (
     MAX_GAP_RATIO,
     MIN_ARC_OBJECTS,
 )
-from structdiffusion.footprints import tightest_scale, turned
+from structdiffusion.footprints import fit_circle, tightest_scale, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import (

@@ -59,7 +59,7 @@ def data_folder(library, tmp_path_factory):
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         patch.setattr(demonstrations, "SHARD_SCENES", 12)
         patch.setattr(demonstrations, "PROVEN", 0)
-        list(demonstrations.generate(library, folder, 24, seed=5))
+        list(demonstrations.generate(library, folder, 24, seed=10))
     words = np.array([word_ids(spec) for spec in legal_specs((*SHAPES, None)) for _ in range(2)], dtype=np.int8)
     embeddings = np.zeros((len(words), SENTENCE_WIDTH), dtype=np.float16)
     embeddings[:, : words.shape[1]] = words
