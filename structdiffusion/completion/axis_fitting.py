@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 
 from structdiffusion.completion.profiles import BAND, TOP, opens_above, profile_of
@@ -154,6 +153,8 @@ def _axis(points: np.ndarray, eye: np.ndarray, starts: Sequence[np.ndarray]) -> 
         apart[same_side & (radii > 0.01)[:, None]] = _FAR
         nearest = np.sort(np.minimum(apart[:, 1:].min(axis=1), _FAR))
         return float(nearest[: math.ceil(_OWN * len(nearest))].mean())
+
+    from scipy.optimize import minimize  # takes longer to import than all completion, and few clouds need it
 
     best = min(starts, key=deviation)
     simplex = best + 0.006 * np.array([[0, 0], [1, 0], [0, 1]])

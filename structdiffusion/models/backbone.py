@@ -119,7 +119,7 @@ class PoseBackbone(Checkpointed):
         self.word = nn.Embedding(config.vocabulary, _LANGUAGE_WIDTH)
         self.sentence = nn.Linear(SENTENCE_WIDTH, _LANGUAGE_WIDTH)
         self.pose = nn.Sequential(nn.Linear(POSE, 128), nn.GELU(), nn.Linear(128, _POSE_WIDTH))
-        self.frame_query = nn.Parameter(0.02 * torch.randn(OBJECT_WIDTH))
+        self.frame_query = nn.Parameter(nn.init.normal_(torch.empty(OBJECT_WIDTH), std=0.02))
         self.slot = nn.Embedding(WORD_TOKENS, _PLACE_WIDTH)
         # One embedding for the frame and one for each place, for every number of objects: how far round a ring the
         # third place lies depends on the number of objects.

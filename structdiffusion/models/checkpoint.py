@@ -13,6 +13,7 @@ import torch
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
+from torch.overrides import TorchFunctionMode
 
 from structdiffusion.limits import CONFIG_BYTES, CONFIG_LAYERS, CONFIG_NUMBER, PARAMETERS, WEIGHTS_BYTES
 from structdiffusion.models.config_values import checked_values
@@ -140,6 +141,16 @@ def _check_file_sizes(folder: Path) -> None:
             raise CheckpointError(f"{folder / name} has {size} bytes; at most {most} are read")
 
 
+class _WithoutInitialValues(TorchFunctionMode):
+    """Leave new tensors as they are: for initial values on the meta device torch would import its compiler, for a second."""
+
+    def __torch_function__(self, func: Any, types: Any, args: tuple[Any, ...] = (), kwargs: Any = None) -> Any:
+        kwargs = kwargs or {}
+        if getattr(func, "__module__", "") == "torch.nn.init":
+            return args[0] if args else kwargs["tensor"]
+        return func(*args, **kwargs)
+
+
 def _check_config_size(kind: type[Checkpointed], path: Path, values: dict[str, Any]) -> None:
     """Refuse a config whose network would be too large, before allocating memory for it."""
     for key, value in values.items():
@@ -148,8 +159,9 @@ def _check_config_size(kind: type[Checkpointed], path: Path, values: dict[str, A
             if isinstance(number, (int, float)) and not -most <= number <= most:
                 raise CheckpointError(f"{path} has {key} {_shortened(repr(value))}; a network may have at most {most}")
     try:
-        with torch.device("meta"):  # shapes without numbers
-            outline = kind(kind.Config(**values))
+        config = kind.Config(**values)  # not below: its arithmetic on the meta device would import torch's compiler
+        with torch.device("meta"), _WithoutInitialValues():  # shapes without numbers
+            outline = kind(config)
     except Exception as error:
         raise CheckpointError(f"{path} describes no network: {_shortened(str(error), 160)}") from error
     if (count := sum(tensor.numel() for tensor in outline.state_dict().values())) > PARAMETERS:

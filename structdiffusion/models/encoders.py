@@ -92,7 +92,8 @@ class TimeEmbedding(nn.Module):
 
     def __init__(self, out: int, width: int = 64) -> None:
         super().__init__()
-        frequencies = torch.exp(-math.log(1000.0) * torch.arange(width // 2) / (width // 2 - 1))
+        steps = torch.arange(width // 2, device="cpu")  # on the meta device, arithmetic imports torch's compiler
+        frequencies = torch.exp(-math.log(1000.0) * steps / (width // 2 - 1))
         self.register_buffer("frequencies", frequencies, persistent=False)
         self.mlp = nn.Sequential(nn.Linear(width, width), nn.GELU(), nn.Linear(width, out))
 

@@ -67,7 +67,7 @@ class StructFormer(PoseBackbone):
 
     def __init__(self, config: StructFormerConfig = StructFormerConfig()) -> None:
         super().__init__(config, object_extra=OBJECT_WIDTH)
-        self.start = nn.Parameter(0.02 * torch.randn(OBJECT_WIDTH))
+        self.start = nn.Parameter(nn.init.normal_(torch.empty(OBJECT_WIDTH), std=0.02))
         self.transformer = encoder_stack(config)
         self.head = readout(config, config.mixture * (1 + 2 * POSE))
 

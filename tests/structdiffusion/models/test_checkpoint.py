@@ -1,4 +1,6 @@
 import json
+import subprocess
+import sys
 
 import pytest
 import torch
@@ -235,3 +237,13 @@ def test_files_that_are_too_large_are_not_read(folder, monkeypatch, name, limit)
     monkeypatch.setattr(f"structdiffusion.models.checkpoint.{limit}", 10)
     with pytest.raises(CheckpointError, match=f"{name} has [0-9]+ bytes; at most 10 are read"):
         CollisionDiscriminator.from_pretrained(folder)
+
+
+def test_loading_a_planner_does_not_import_the_compiler():
+    """The size of a network is checked on the meta device, where arithmetic imports torch's compiler for a second."""
+    code = (
+        "import sys; from structdiffusion.planners.factory import load_planner; load_planner('diffusion');"
+        "print(*({'torch._dynamo', 'sympy'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
