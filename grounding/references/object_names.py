@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from grounding.references.function_words import FUNCTION_WORDS, GENERIC, NOT_OBJECTS
 from grounding.references.lexicon import ADJECTIVES, ATTRIBUTES, CONTENTS, GROUPS, KINDS, OTHER_WORDS, SAME_WORDS
+from grounding.references.noun_embeddings import embed_nouns
 from grounding.references.phrases import Vocabulary
 from grounding.references.word_forms import FORMS, plural, singular
 
@@ -26,7 +27,7 @@ _WORD = re.compile(r"[^\W\d_]{2,}")
 _NUMBER = re.compile(r"\d+")
 _BEHIND_THE_NOUN = re.compile(r"\b(?:with|of|for|in|from|on)\b")
 # What an unknown noun is compared with: the nearest of many, not of the few that happen to be there.
-_NOUNS = tuple(dict.fromkeys((*KINDS, *OTHER_WORDS, *GROUPS)))
+KNOWN_NOUNS = tuple(dict.fromkeys((*KINDS, *OTHER_WORDS, *GROUPS)))
 _RIVALS = {word: words for words in (*ATTRIBUTES, CONTENTS) for word in words}
 
 
@@ -84,10 +85,10 @@ def vocabulary(names: Sequence[str | None]) -> Vocabulary:
 
 def guesses(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None) -> list[str]:
     """Return the known noun that an unknown one may mean, by its spelling or meaning, or `None`."""
-    for known in (*heads, *_NOUNS):
+    for known in (*heads, *KNOWN_NOUNS):
         if _nearly(noun, known) or _nearly(plural(noun), plural(known)):
             return [known]
-    return [] if encoder is None else _nearest(encoder, noun, [head for head in heads if head not in _NOUNS])
+    return [] if encoder is None else _nearest(encoder, noun, [head for head in heads if head not in KNOWN_NOUNS])
 
 
 def _nearly(word: str, noun: str) -> bool:
@@ -104,11 +105,11 @@ def _nearly(word: str, noun: str) -> bool:
 def _nearest(encoder: SentenceEncoder, noun: str, heads: list[str]) -> list[str]:
     unknown, *others = encoder.encode([noun, *heads])
     near = {word: float(other @ unknown) for word, other in zip(heads, others, strict=True)}
-    near |= dict(zip(_NOUNS, _embedded_nouns(encoder) @ unknown, strict=True))
+    near |= dict(zip(KNOWN_NOUNS, _embedded_nouns(encoder) @ unknown, strict=True))
     best = max(near, key=near.__getitem__)
     return [best] if near[best] >= SAME_MEANING else []
 
 
 @lru_cache(maxsize=2)
 def _embedded_nouns(encoder: SentenceEncoder) -> np.ndarray:
-    return encoder.encode(list(_NOUNS))
+    return embed_nouns(KNOWN_NOUNS, encoder)
