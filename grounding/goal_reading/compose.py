@@ -160,7 +160,7 @@ class Composer:
             elif phrase.kind in ("rest", "all"):
                 continue
             elif phrase.kind == "pronoun" and isinstance(objects := self.known.meant(phrase), tuple):
-                self.left_out.update(objects)
+                self.known.left_out.update(objects)
             else:
                 self._unread(frame)
         if not frame.objects and frame.verb == "leave":

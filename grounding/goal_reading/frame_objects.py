@@ -155,7 +155,10 @@ class FrameObjects:
             return None
         if self.find.count is None:
             return (f"everything but {' and '.join(map(str, sorted(left_out, key=str)))}",)
-        return tuple(i for i in range(self.find.count) if i not in left_out)
+        others = tuple(i for i in range(self.find.count) if i not in left_out)
+        if not others:
+            raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
+        return others
 
     def structure_of(self, phrase: NounPhrase) -> int:
         """Return the number of the structure that a phrase such as "the row" means."""

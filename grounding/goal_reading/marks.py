@@ -86,9 +86,15 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
         found.append(Chunk("another", True, place, match[1]))
     if (match := said.match(_SAME_LENGTH, place)) and (lengths := [one.metres for one in before if one.metres is not None]):
         found.append(Chunk("same distance", True, place, match[1], lengths[-1]))
-    if (match := said.match(_STAYS, place)) and before:
+    if (match := said.match(_STAYS, place)) and before and (match[0].group() != "there" or _leaves(before)):
         found.append(Chunk("stays", True, place, match[1]))
     return found
+
+
+def _leaves(before: list[Chunk]) -> bool:
+    """Return whether the last verb asks to leave something: "leave it there", and not "put it on the plate there"."""
+    verb = next((one for one in reversed(before) if one.kind in ("verb", "negated")), None)
+    return verb is not None and (verb.value == "leave" or verb.said.lower().split()[0] in ("keep", "let", "have"))
 
 
 def stays_at(said: Words, place: int) -> bool:
@@ -139,7 +145,7 @@ def _excepts(phrases: NounPhraseReader, end: int, words: str, before: list[Chunk
         return any(chunk.kind == "noun phrase" and chunk.value.many for chunk in before)
     if words.strip(" ,") != "but":
         return True
-    last = before[-1] if before else None
+    last = next((chunk for chunk in reversed(before) if chunk.kind != "noise"), None)
     if last is None or last.kind != "noun phrase" or not last.value.many:
         return False
     whole = last.value.kind == "all" or {"all", "every", "each", "any"} & set(last.value.text.lower().split())

@@ -9,7 +9,7 @@ from grounding.goal_reading.goal_words import PATTERN_WORDS
 from grounding.goal_reading.measures import COUNTS, UNITS, count_at
 from grounding.goal_reading.tokens import LENGTH, Words
 from grounding.goal_reading.verb_words import VERBS
-from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES, TELLING_ADJECTIVES
+from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, EXPLETIVES, SUPERLATIVES, TELLING_ADJECTIVES
 from grounding.references.function_words import (
     AMBIGUOUS,
     FUNCTION_WORDS,
@@ -174,7 +174,7 @@ class NounParts:
     def modifier(self, at: int, place: int) -> bool:
         """Return whether the word describes the noun that comes after it."""
         said, word = self.said, self.said.word(at)
-        if word in SUPERLATIVES:
+        if word in SUPERLATIVES or (word in EXPLETIVES and at > place):
             return True
         following = said.word(at + 1)
         if word == "colour":
@@ -200,7 +200,7 @@ class NounParts:
             word = self.said.word(each)
             if word in self.forms or word in GENERIC:
                 return not (word == "can" and self.said.word(each + 1) in _AFTER_MODAL)
-            if not (word in TELLING_ADJECTIVES or word in COUNTS or word.isdecimal() or word in ORDINALS or word in (
+            if not (word in TELLING_ADJECTIVES or word in COUNTS or word in EXPLETIVES or word.isdecimal() or word in ORDINALS or word in (
                 "the", "of", "my", "your", "other", "remaining", *PLACE_ADJECTIVES, *SUPERLATIVES,
             )):  # fmt: skip
                 return False

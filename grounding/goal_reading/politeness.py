@@ -69,6 +69,9 @@ _OPENERS = tuple(
         r"(?:is|are|was|were|it's|they're)? ?(?:meant|supposed|intended|destined|expected|required|bound|going|about|due|ought) to(?= (?:be|go|stand|sit|lie|form|end|stay|come|make|rest|get|become|build)\b)",
         r"(?:because |and )?i won't (?:say|ask|tell you|repeat) (?:it|this|that|you)?(?: twice| again)|don't make me (?:say|ask|repeat) (?:it|this|that)(?: twice| again)?|think twice"
         r"|,? ?you know which(?: one)?|,? ?you know the one",
+        r"what (?:i'd|i would|i) (?:like|want|need) (?:you )?(?:to (?:do|happen|see) )?is(?= )|(?:i|we) (?:told|asked|ordered|said|meant|wanted)(?: (?:you|it|robot))?(?: (?:to|for|that|already|before))*(?= (?:put|place|move|have|stack|line|make|set|lay|get))",
+        r"(?:you|u) (?:forgot|failed|neglected|didn't manage) to|once more|one more time|(?:do )?you see (?=the|that|this|my)|take a look at(?= )|look at(?= the| that| this)|do(?= (?:put|place|move|stack|line|make|have|set|lay|get)\b)",
+        r"(?:it's|it is|it'd be|it would be|would be|might be) (?:better|best|nicer|nice|good|great|safer|easier|wise|wiser)(?: (?:if|for|to have|to put|when))?(?= )|let's say(?: that)?|suppose(?: that)?|imagine(?: that)?(?= the)|i (?:suggest|recommend|propose|advise)(?: that)?(?: you(?: should)?)?|i'd (?:suggest|recommend|propose|advise)(?: that)?(?: you)?",
         r"if it(?:'s| is| isn't| is not) (?:all the same to you|no bother|no trouble|not too much (?:trouble|to ask|bother|hassle)|too much (?:trouble|to ask|bother|hassle))",
         r"sorry (?:to (?:bother|trouble|interrupt|disturb|pester) you|for (?:bothering|troubling|interrupting|disturbing) you|to ask)(?: again| once more| with this| so late| but)*",
         r"(?:no|not a) (?:idea|clue) why(?: ,)?(?: but)?|don't ask(?: me)? why(?: ,)?(?: but)?|i don't know why(?: ,)?(?: but)?|first things first|(?:let's|let us) get started|here's what (?:i|we)(?:'d)? (?:want|need|like)",

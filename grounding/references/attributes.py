@@ -114,6 +114,11 @@ UNJUDGED = frozenset(
     "nice favourite favorite dark pale bright".split()
 )
 
+# What speakers put before a noun without choosing by it.
+EXPLETIVES = frozenset(
+    "damn damned darn bloody silly stupid freaking fricking flipping blasted ruddy wretched poor lonely lovely goddamn effing fancy".split()
+)
+
 # Every word that may tell one object from another of its kind.
 TELLING_ADJECTIVES = ADJECTIVES | frozenset((*SAME_WORDS, *COLOR_WORDS, *MEASURES, *SUPERLATIVES)) | UNJUDGED
 

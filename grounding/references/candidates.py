@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from grounding.references.attributes import (
     COMPARATIVES,
+    EXPLETIVES,
     MEASURES,
     SUPERLATIVES,
     SceneObject,
@@ -262,7 +263,7 @@ class Candidates:
         return [found[i] for i in (*order[:count], *tied)]
 
 
-_SAYING_NOTHING = frozenset(("sized", "size"))
+_SAYING_NOTHING = frozenset(("sized", "size")) | EXPLETIVES
 
 
 def _key(mention: Mention) -> tuple[object, ...]:

@@ -122,7 +122,7 @@ def test_words_for_one_that_fit_several_objects_are_a_question(encoder, parser):
     reading = interpreter.interpret("put the mug and the bowl in a line", ["red mug", "blue mug", "bowl"])
     assert reading.status == "ask" and reading.question.options == ("red mug", "blue mug")
     assert reading.to_dict()["question"] == {"slot": "object", "options": ["red mug", "blue mug"]}
-    assert "'mug' can be each of 2 objects: red mug; blue mug; which one?" in reading.message
+    assert "mug' can be each of 2 objects: red mug; blue mug; which one?" in reading.message
 
 
 def test_an_adjective_that_cannot_be_judged_is_told(encoder, parser):
