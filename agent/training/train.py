@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from agent import __version__
 from agent.errors import UsageError
@@ -21,7 +21,7 @@ from structdiffusion.models import structformer_name
 if TYPE_CHECKING:
     import torch
 
-    from structdiffusion.models.checkpoint import Checkpointed
+    from structdiffusion.models.checkpoint import Checkpointed, Network
     from structdiffusion.training.distributed import DistributedContext
     from structdiffusion.training.loss import Loss
 
@@ -112,15 +112,13 @@ def _train_together(run: TrainingRun, device_type: str) -> None:
 def _train(run: TrainingRun, device: torch.device, distributed: DistributedContext | None = None) -> None:
     import torch
 
-    from structdiffusion.models.checkpoint import file_facts, start_from
+    from structdiffusion.models.checkpoint import file_facts
     from structdiffusion.training.loop import TrainingOptions, train
     from structdiffusion.training.run_record import RunMetadata, about_data
 
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
         torch.manual_seed(run.seed)
-        model, loss = _TASKS[run.kind](run.data, device, run.recipe.batch)
-    if run.start is not None:
-        start_from(model, run.start)
+        model, loss = _TASKS[run.kind](run.data, device, run.recipe.batch, run.start)
     if run.precision != FLOAT32:
         loss = partial(loss, autocast=True)
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
@@ -139,57 +137,76 @@ def _train(run: TrainingRun, device: torch.device, distributed: DistributedConte
     console.print(f"trained for {run.recipe.steps} steps on {where}: {run.out}")
 
 
-def _diffusion(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+def _network(kind: type[Network], config: Any, start: Path | None) -> Network:
+    """Make the network to train: of a config, or that of a checkpoint, which has its own sizes.
+
+    Raises:
+        CheckpointError: for a checkpoint that cannot be read, or one of a StructFormer for another shape.
+    """
+    from structdiffusion.models.checkpoint import CheckpointError, grown
+
+    if start is None:
+        return kind(config)
+    network = grown(kind, start, getattr(config, "vocabulary", 0))
+    if getattr(network.config, "shape", None) != getattr(config, "shape", None):
+        raise CheckpointError(f"{start} is the network for a {network.config.shape}; expected one for a {config.shape}")
+    return network
+
+
+def _diffusion(data: Path, device: torch.device, batch: int, start: Path | None) -> tuple[Checkpointed, Loss]:
     from structdiffusion.data.batches import DemonstrationBatches
     from structdiffusion.models.diffusion.loss import diffusion_loss
     from structdiffusion.models.diffusion.model import DiffusionConfig, PoseDiffusion
     from structdiffusion.models.diffusion.scheduler import NoiseScheduler
 
     batches = DemonstrationBatches(data, device)
-    model = PoseDiffusion(DiffusionConfig(vocabulary=batches.vocabulary)).to(device)
+    model = _network(PoseDiffusion, DiffusionConfig(vocabulary=batches.vocabulary), start).to(device)
     scheduler = NoiseScheduler(model.config.steps, model.config.prediction_type)
     return model, partial(diffusion_loss, model, scheduler, batches, scenes=batch)
 
 
-def _cvae(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+def _cvae(data: Path, device: torch.device, batch: int, start: Path | None) -> tuple[Checkpointed, Loss]:
     from structdiffusion.data.batches import DemonstrationBatches
     from structdiffusion.models.cvae.loss import cvae_loss
     from structdiffusion.models.cvae.model import CVAEConfig, PoseCVAE
 
     batches = DemonstrationBatches(data, device)
-    model = PoseCVAE(CVAEConfig(vocabulary=batches.vocabulary)).to(device)
+    model = _network(PoseCVAE, CVAEConfig(vocabulary=batches.vocabulary), start).to(device)
     return model, partial(cvae_loss, model, batches, scenes=batch)
 
 
-def _structformer(shape: str, data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+def _structformer(
+    shape: str, data: Path, device: torch.device, batch: int, start: Path | None
+) -> tuple[Checkpointed, Loss]:
     from structdiffusion.data.batches import DemonstrationBatches
     from structdiffusion.models.structformer.loss import structformer_loss
     from structdiffusion.models.structformer.model import StructFormer, StructFormerConfig
 
     batches = DemonstrationBatches(data, device, shape=shape)
-    model = StructFormer(StructFormerConfig(shape=shape)).to(device)
+    model = _network(StructFormer, StructFormerConfig(shape=shape), start).to(device)
     return model, partial(structformer_loss, model, batches, scenes=batch)
 
 
-def _structure(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+def _structure(data: Path, device: torch.device, batch: int, start: Path | None) -> tuple[Checkpointed, Loss]:
     from structdiffusion.data.batches import DemonstrationBatches
     from structdiffusion.models.structure.loss import structure_loss
     from structdiffusion.models.structure.model import StructureConfig, StructureDiscriminator
 
     batches = DemonstrationBatches(data, device)
-    model = StructureDiscriminator(StructureConfig(vocabulary=batches.vocabulary)).to(device)
+    model = _network(StructureDiscriminator, StructureConfig(vocabulary=batches.vocabulary), start).to(device)
     return model, partial(structure_loss, model, batches, scenes=batch)
 
 
-def _collision(data: Path, device: torch.device, batch: int) -> tuple[Checkpointed, Loss]:
+def _collision(data: Path, device: torch.device, batch: int, start: Path | None) -> tuple[Checkpointed, Loss]:
     from structdiffusion.models.collision.loss import PairBatches, collision_loss
-    from structdiffusion.models.collision.model import CollisionDiscriminator
+    from structdiffusion.models.collision.model import CollisionConfig, CollisionDiscriminator
 
-    pairs, model = PairBatches.load(data, device), CollisionDiscriminator().to(device)
+    pairs = PairBatches.load(data, device)
+    model = _network(CollisionDiscriminator, CollisionConfig(), start).to(device)
     return model, partial(collision_loss, model, pairs, size=batch)
 
 
-_TASKS: dict[str, Callable[[Path, torch.device, int], tuple[Checkpointed, Loss]]] = {
+_TASKS: dict[str, Callable[[Path, torch.device, int, Path | None], tuple[Checkpointed, Loss]]] = {
     "diffusion": _diffusion,
     "cvae": _cvae,
     **{structformer_name(shape): partial(_structformer, shape) for shape in FIRST_SHAPES},

@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import torch
 from safetensors import SafetensorError
@@ -25,6 +25,9 @@ ADDED_KEYS: dict[str, Any] = {"vocabulary": FIRST_VOCABULARY}
 WEIGHTS_NAME = "model.safetensors"
 _WORD_EMBEDDINGS = "word.weight"  # (vocabulary, width)
 _NUMBERS = (torch.float16, torch.bfloat16, torch.float32, torch.float64)  # legal types of stored weights
+
+
+Network = TypeVar("Network", bound="Checkpointed")
 
 
 class CheckpointError(ValueError):
@@ -112,27 +115,24 @@ class Checkpointed(nn.Module):
         return model.eval()
 
 
-def start_from(model: Checkpointed, folder: str | Path) -> None:
-    """Copy the weights of a checkpoint of the same kind into a network that may know more words.
+def grown(kind: type[Network], folder: str | Path, vocabulary: int) -> Network:
+    """Load the network of a checkpoint folder for further training, with at least so many word ids.
 
-    Word ids of a smaller vocabulary are the first of a larger one, so that old words keep their embeddings.
+    Word ids of a smaller vocabulary are the first of a larger one, so that old words keep their embeddings; those of
+    new words are random.
 
     Raises:
-        CheckpointError: for a checkpoint that cannot be read, of other sizes, or that knows more words.
+        CheckpointError: for a checkpoint that cannot be read.
     """
-    trained, own = type(model).from_pretrained(folder).state_dict(), model.state_dict()
-    for name, tensor in trained.items():
-        wide = own.get(name)
-        fewer = name == _WORD_EMBEDDINGS and wide is not None and len(tensor) < len(wide)
-        if fewer and tensor.shape[1:] == wide.shape[1:]:
-            tensor = torch.cat((tensor, wide[len(tensor) :].cpu()))
-        if wide is None or tensor.shape != wide.shape:
-            raise CheckpointError(
-                f"{Path(folder) / WEIGHTS_NAME} cannot be trained further here: {name!r} has the shape "
-                f"{tuple(tensor.shape)}; expected {tuple(wide.shape) if wide is not None else 'none'}"
-            )
-        own[name] = tensor
-    model.load_state_dict(own)
+    trained = kind.from_pretrained(folder)
+    known = getattr(trained.config, "vocabulary", vocabulary)
+    if known >= vocabulary:
+        return trained
+    network = kind(replace(trained.config, vocabulary=vocabulary))
+    weights = trained.state_dict()
+    weights[_WORD_EMBEDDINGS] = torch.cat((weights[_WORD_EMBEDDINGS], network.state_dict()[_WORD_EMBEDDINGS][known:]))
+    network.load_state_dict(weights)
+    return network
 
 
 def _check_file_sizes(folder: Path) -> None:

@@ -1,19 +1,20 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
-from structdiffusion.models.checkpoint import CheckpointError, parameter_count, start_from
+from structdiffusion.models.checkpoint import CheckpointError, grown, parameter_count
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.collision.model import CollisionConfig
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.planners.factory import load_planner
-from structdiffusion.word_tokens import FIRST_VOCABULARY
+from structdiffusion.word_tokens import FIRST_VOCABULARY, VOCABULARY
 from tests.memory import forget_peak, peak_megabytes
 
 SMALL = CollisionConfig(width=16, layers=1, points=32)
@@ -55,25 +56,24 @@ def test_configs_come_back_equal_tuples_included(tmp_path):
     assert PoseDiffusion.from_pretrained(tmp_path).config == config
 
 
-def test_a_network_that_knows_more_words_starts_from_one_that_knows_fewer(tmp_path):
-    """Old words keep their embeddings and all other weights are the same, so that it answers old words as before."""
+def test_a_network_grows_by_words_and_answers_old_ones_as_before(tmp_path):
     size = {"width": 32, "layers": 1, "heads": 2, "feed_forward": 32}
     few = PoseDiffusion(DiffusionConfig(**size, vocabulary=FIRST_VOCABULARY)).eval()
     few.save_pretrained(tmp_path)
-    torch.manual_seed(1)
-    more = PoseDiffusion(DiffusionConfig(**size)).eval()
-    own = more.word.weight.detach().clone()
-    start_from(more, tmp_path)
-    assert torch.equal(more.word.weight[FIRST_VOCABULARY:], own[FIRST_VOCABULARY:])
+    more = grown(PoseDiffusion, tmp_path, VOCABULARY).eval()
+    assert more.config == replace(few.config, vocabulary=VOCABULARY) and len(more.word.weight) == VOCABULARY
+    torch.testing.assert_close(more.word.weight[:FIRST_VOCABULARY], few.word.weight, atol=2e-3, rtol=0)
+    assert more.word.weight[FIRST_VOCABULARY:].std() > 0.5
     given = PoseDiffusion.fake_input(2, 3, torch.Generator().manual_seed(2))
     answers = [one.try_out(given, torch.Generator().manual_seed(3)) for one in (few, more)]
     torch.testing.assert_close(*answers, atol=5e-3, rtol=0)
-    with pytest.raises(CheckpointError, match=r"'word.weight' has the shape \(\d+, 96\); expected \(5, 96\)"):
-        start_from(PoseDiffusion(DiffusionConfig(**size, vocabulary=5)), tmp_path)
-    with pytest.raises(CheckpointError, match="expected none"):
-        start_from(PoseDiffusion(DiffusionConfig(**(size | {"layers": 0}))), tmp_path)
+    assert grown(PoseDiffusion, tmp_path, 3).config == few.config  # nothing is forgotten
     with pytest.raises(CheckpointError, match="of kind 'diffusion'; expected 'collision'"):
-        start_from(CollisionDiscriminator(SMALL), tmp_path)
+        grown(CollisionDiscriminator, tmp_path, 0)
+
+
+def test_a_network_without_words_is_loaded_to_go_on(folder):
+    assert grown(CollisionDiscriminator, folder, 0).config == SMALL
 
 
 @pytest.mark.parametrize("name", ["config.json", "model.safetensors"])
