@@ -24,7 +24,7 @@ def data(tmp_path_factory):
         patch.setattr(demonstrations, "SHARD_SCENES", 12)
         patch.setattr(demonstrations, "PROVEN", 0)
         patch.setattr(sentence_embeddings, "all_sentences", lambda shapes: islice(all_sentences(shapes), 20))
-        drawn = ["--scenes", "12", "--pairs", "60", "--objects", str(folder), "--workers", "1"]
+        drawn = ["--scenes", "12", "--pairs", "60", "--objects", str(folder), "--workers", "1", "--seed", "3"]
         assert command_line(["generate", "--out", str(folder / "data"), *drawn]) == 0
     return folder / "data"
 
