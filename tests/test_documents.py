@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import re
 import shlex
@@ -82,7 +83,7 @@ def parse(words: list[str], complete: bool) -> None:
     Raises:
         click's usage errors, for a command, option or value that is not legal.
     """
-    command, arguments = typer.main.get_command(_app()), list(words)
+    command, arguments = _structagent(), list(words)
     context = command.make_context("structagent", [], resilient_parsing=True)
     while hasattr(command, "resolve_command") and arguments and not arguments[0].startswith("-"):
         asked = arguments[0]
@@ -95,10 +96,12 @@ def parse(words: list[str], complete: bool) -> None:
         command.make_context(context.info_name, arguments, parent=context.parent)
 
 
-def _app() -> typer.Typer:
+@functools.cache
+def _structagent() -> Any:
+    """The tree of all commands, made once: it takes a tenth of a second, and there are hundreds of commands."""
     from agent.cli.app import app
 
-    return app
+    return typer.main.get_command(app)
 
 
 def make_files(folder: Path, words: list[str]) -> None:
@@ -164,7 +167,7 @@ def test_every_option_exists(path):
         if not code.startswith(("python ", "pip ", "make "))
         for option in re.findall(r"(?<![\w-])--[a-z][\w-]*", code)
     }
-    assert named <= every_option(typer.main.get_command(_app())) | {"--help"}
+    assert named <= every_option(_structagent()) | {"--help"}
 
 
 def every_option(command: Any) -> set[str]:

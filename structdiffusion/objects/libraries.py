@@ -23,7 +23,7 @@ def training_objects() -> list[ObjectModel]:
 
 def validation_objects() -> list[ObjectModel]:
     """Return objects that no model has seen, half of them of kinds that no model has seen either."""
-    return procedural_objects()[TRAINING_COUNT:] + everyday_objects()
+    return procedural_objects(first=TRAINING_COUNT) + everyday_objects()
 
 
 LIBRARIES: dict[str, Callable[[], list[ObjectModel]]] = {

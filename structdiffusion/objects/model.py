@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.footprints import outline_centroid
-from structdiffusion.objects.rigid_body import MassProperties, mass_properties
+from structdiffusion.objects.rigid_body import MassProperties, mass_properties, solid_content, surface_content
 
 SURFACE_POINTS = 1024
 
@@ -66,6 +66,16 @@ class ObjectModel:
     def mass_properties(self) -> MassProperties:
         """Return the mass properties of the object."""
         return mass_properties(self.hulls, self.mass)
+
+    @cached_property
+    def solid(self) -> bytes:
+        """Return the content of the Wavefront file of its collision body; every world that it stands in loads it."""
+        return solid_content(self.hulls)
+
+    @cached_property
+    def surface(self) -> bytes:
+        """Return the content of the Wavefront file of its visual surface."""
+        return surface_content(self.mesh_vertices, self.mesh_faces)
 
     @cached_property
     def height(self) -> float:

@@ -182,10 +182,13 @@ KINDS: dict[str, Kind] = {
 }
 
 
-def procedural_objects(count: int = 680, seed: int = 0) -> list[ObjectModel]:
-    """Return `count` objects, cycling through the kinds, so that every prefix is balanced. Same seed, same objects."""
+def procedural_objects(count: int = 680, seed: int = 0, first: int = 0) -> list[ObjectModel]:
+    """Return `count` objects but those before `first`, cycling through the kinds, so that every prefix is balanced.
+
+    Same seed, same objects.
+    """
     kinds = list(KINDS)
-    return [procedural_object(kinds[i % len(kinds)], i // len(kinds), seed) for i in range(count)]
+    return [procedural_object(kinds[i % len(kinds)], i // len(kinds), seed) for i in range(first, count)]
 
 
 def procedural_object(kind: str, index: int, seed: int = 0) -> ObjectModel:

@@ -81,24 +81,28 @@ def mass_properties(hulls: Sequence[np.ndarray], mass: float) -> MassProperties:
     return MassProperties(object_from_inertial, inertia, float(volume))
 
 
-def hulls_file(hulls: Sequence[np.ndarray]) -> Path:
-    """Write a Wavefront file with one group per convex part (V, 3), and return its path."""
-    return _shape_file([(vertices, outward_faces(vertices)) for vertices in hulls])
+def solid_content(hulls: Sequence[np.ndarray]) -> bytes:
+    """Return the content of a Wavefront file with one group per convex part (V, 3)."""
+    return _wavefront([(vertices, outward_faces(vertices)) for vertices in hulls])
 
 
-def mesh_file(vertices: np.ndarray, faces: np.ndarray) -> Path:
-    """Write a Wavefront file of one surface, with vertices (V, 3) and faces (F, 3), and return its path."""
-    return _shape_file([(vertices, faces)])
+def surface_content(vertices: np.ndarray, faces: np.ndarray) -> bytes:
+    """Return the content of a Wavefront file of one surface, with vertices (V, 3) and faces (F, 3)."""
+    return _wavefront([(vertices, faces)])
 
 
-def _shape_file(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> Path:
+def _wavefront(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> bytes:
     lines, offset = [], 1
     for k, (vertices, faces) in enumerate(parts):
         lines.append(f"o part{k}")
         lines += ["v %.7f %.7f %.7f" % tuple(v) for v in vertices.tolist()]
         lines += ["f %d %d %d" % tuple(f) for f in (faces + offset).tolist()]
         offset += len(vertices)
-    content = ("\n".join(lines) + "\n").encode()
+    return ("\n".join(lines) + "\n").encode()
+
+
+def shape_file(content: bytes) -> Path:
+    """Write the content of a Wavefront file where this process has not yet done so, and return its path."""
     path = _shape_folder() / f"{hashlib.sha256(content).hexdigest()[:32]}.obj"
     if path in _shapes:
         _shapes.move_to_end(path)

@@ -6,7 +6,7 @@ import pybullet
 
 from structdiffusion.geometry import quaternion_from_matrix
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.objects.rigid_body import hulls_file, mesh_file
+from structdiffusion.objects.rigid_body import shape_file
 from structdiffusion.observation import Table
 
 TABLE_THICKNESS = 0.04
@@ -35,7 +35,7 @@ def add_object(client: int, model: ObjectModel) -> int:
     here = {"physicsClientId": client}
     mass = model.mass_properties
     frame = mass.object_from_inertial
-    solid, surface = str(hulls_file(model.hulls)), str(mesh_file(model.mesh_vertices, model.mesh_faces))
+    solid, surface = str(shape_file(model.solid)), str(shape_file(model.surface))
     shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, fileName=solid, **here)
     look = {"rgbaColor": (*model.color, 1.0), "specularColor": (0.1, 0.1, 0.1)}
     visual = pybullet.createVisualShape(pybullet.GEOM_MESH, fileName=surface, **look, **here)

@@ -1,18 +1,22 @@
 """A short invented run, in the pipeline's own events, and a small real table, for tests of the listeners."""
 
+import functools
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 import trimesh
+import typer
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned
 from agent.event_base import Event
 from agent.scenes.table_scene import TableScene
+from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import StructureSpec
+from structdiffusion import parallel
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.objects.procedural import procedural_objects
+from structdiffusion.objects.procedural import procedural_object, procedural_objects
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 from structdiffusion.simulation.depth_camera import DepthCamera
 from structdiffusion.structures.checks import Check
@@ -27,10 +31,39 @@ def _cloud(name: str, category: str, x: float, y: float, rng: np.random.Generato
     return ObjectCloud(name, category, points, rng.integers(0, 255, (300, 3), dtype=np.uint8))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def computed_once() -> Iterator[None]:
+    """Compute once for all tests of the agent what is the same for all: commands, drawn objects, the encoder's checksum.
+
+    In a process of one command each is computed once at most, and each has tests of its own elsewhere.
+    """
+    checksums: dict[tuple[object, ...], str] = {}
+
+    def checksum(encoder: SentenceEncoder) -> str:
+        file = encoder.folder / "model.safetensors"
+        state = file, file.stat().st_mtime_ns, file.stat().st_size
+        if state not in checksums:
+            checksums[state] = compute(encoder)
+        return checksums[state]
+
+    compute = SentenceEncoder.checksum.func
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(SentenceEncoder, "checksum", property(checksum))
+        patch.setattr("typer.main.get_command", functools.cache(typer.main.get_command))
+        patch.setattr("structdiffusion.objects.procedural.procedural_object", functools.cache(procedural_object))
+        yield
+
+
 @pytest.fixture(autouse=True)
 def short_films(monkeypatch):
     """Take a picture of the arm every 20 s and not every 1.5: drawing them is a quarter of a build's time."""
     monkeypatch.setattr("agent.pipeline.film.INTERVAL", 20.0)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Do here what commands give to worker processes, which import and load everything anew."""
+    monkeypatch.setattr(parallel, "_by_processes", lambda work, jobs, workers: parallel._here(work, jobs))
 
 
 @pytest.fixture

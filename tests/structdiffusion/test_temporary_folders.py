@@ -14,8 +14,8 @@ from structdiffusion.temporary_folders import TemporaryFolders
 ROOT = Path(__file__).parents[2]
 PREFIX = "structagent-shapes-"
 HOLD = (
-    "from structdiffusion.objects.rigid_body import hulls_file; import numpy as np, sys; "
-    "print(hulls_file([np.eye(4)[:, :3]]), flush=True); sys.stdin.read()"
+    "from structdiffusion.objects.rigid_body import shape_file, solid_content; import numpy as np, sys; "
+    "print(shape_file(solid_content([np.eye(4)[:, :3]])), flush=True); sys.stdin.read()"
 )
 
 
@@ -64,9 +64,9 @@ def _shape(_: object, job: str) -> str:
     import numpy as np
 
     from structdiffusion.objects.model import MassProperties  # noqa: F401 - as a worker imports it
-    from structdiffusion.objects.rigid_body import mesh_file
+    from structdiffusion.objects.rigid_body import shape_file, surface_content
 
-    mesh_file(np.eye(3), np.array([[0, 1, 2]]))
+    shape_file(surface_content(np.eye(3), np.array([[0, 1, 2]])))
     if job == "die":
         os.kill(os.getpid(), signal.SIGKILL)
     return job

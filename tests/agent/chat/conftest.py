@@ -1,15 +1,38 @@
-"""Models for all chat tests, loaded once, and a small table to talk about."""
+"""Models for all chat tests, loaded once, and a small table to talk about; a quick arm and small pictures."""
 
+from dataclasses import replace
+from functools import partialmethod
 from pathlib import Path
 
 import pytest
 
+from agent.arm.trajectories import trajectory
 from agent.chat.conversation import Conversation
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
+from agent.scenes.table_scene import SHOULDER
+from structdiffusion.simulation.depth_camera import VIEWS
+from structdiffusion.simulation.world import TabletopWorld
 from tests.agent.event_log import EventLog
 
 DESK = Path(__file__).parent / "desk.yaml"
+
+
+@pytest.fixture(autouse=True)
+def quick_arm(monkeypatch):
+    """Let the arm move twice as fast as its limits: how it moves is the subject of `tests/agent/arm`."""
+    def quick(path, period, limits):
+        return trajectory(path, period, 2 * limits)
+
+    monkeypatch.setattr("agent.arm.controller.trajectory", quick)
+
+
+@pytest.fixture(autouse=True)
+def small_pictures(monkeypatch):
+    """Draw pictures of the arm at work with a sixteenth of the pixels; what the camera observes stays as it is."""
+    size = {"width": 160, "height": 120}
+    monkeypatch.setitem(VIEWS, SHOULDER, replace(VIEWS[SHOULDER], **size))
+    monkeypatch.setattr(TabletopWorld, "picture", partialmethod(TabletopWorld.picture, **size))
 
 
 @pytest.fixture(scope="session")

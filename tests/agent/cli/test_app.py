@@ -403,6 +403,7 @@ def test_benchmark_with_options_that_cannot_be(fails):
     assert "and the table only" in fails(3, "benchmark", "--objects", "40")
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_evaluation_measures_every_model_on_the_same_scenes(tmp_path, capsys):
     arguments = ["evaluate", "success", "--scenes", "1", "--workers", "1", "--candidates", "4", "--top-k", "2"]
     arguments += [*EXACT, "--out", str(tmp_path / "new" / "reports")]

@@ -96,6 +96,7 @@ def test_means_come_with_what_they_rest_on(tower):
     assert "left 50 %, center 0 %, right 50 %" in told.getvalue()
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_from_the_command_line(objects, capsys):
     arguments = ["evaluate", "coverage", "--objects", objects, "--model", "geometric", "--scenes", "1"]
     assert command_line([*arguments, "--workers", "1", "--candidates", "6", "--json"]) == 0

@@ -79,6 +79,7 @@ def arguments(tmp_path):
     return [*words, "--workers", "1", "--candidates", "4", "--json"]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_from_the_command_line(arguments, capsys):
     assert command_line(arguments) == 0
     report = json.loads(capsys.readouterr().out)
@@ -89,6 +90,7 @@ def test_from_the_command_line(arguments, capsys):
     assert "'oracle'" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_folder_goes_on_where_it_was_stopped(arguments, tmp_path, capsys):
     out = tmp_path / "out"
     arguments += ["--out", str(out)]
@@ -107,6 +109,7 @@ def test_a_folder_goes_on_where_it_was_stopped(arguments, tmp_path, capsys):
     assert "holds an evaluation without --as-said, not with --as-said; choose another --out" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_sentence_that_has_changed_since_is_evaluate_instruction_again(arguments, tmp_path, capsys):
     arguments += ["--out", str(tmp_path / "out"), "--limit", "1"]
     assert command_line(arguments) == 0

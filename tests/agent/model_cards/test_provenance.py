@@ -162,6 +162,7 @@ def objects_are_loaded(source):
     raise UsageError("the networks were taken")
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_an_evaluation_that_is_told_to_has_a_result_and_says_so(weights, tmp_path, capsys):
     change_a_weight(weights / "structure")
     arguments = ["evaluate", "success", "--objects", "procedural", "--scenes", "1", *EVALUATED["success"]]

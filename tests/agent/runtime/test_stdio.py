@@ -26,8 +26,9 @@ def folder(tmp_path_factory) -> Path:
     for number in range(2):
         trimesh.creation.box((0.05, 0.05, 0.05 + 0.01 * number)).export(folder / "boxes" / f"box_{number}.stl")
     (folder / "orders.jsonl").write_text('{"text": "stack two boxes", "id": "a"}\n{"text": "fly to the moon"}\n')
-    done = piped(["batch", "orders.jsonl", "--out", "out", *EXACT, "--workers", "1"], folder, subprocess.DEVNULL)
-    assert done.returncode == 3, done.stderr
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert command_line(["batch", "orders.jsonl", "--out", "out", *EXACT, "--workers", "1"]) == 3
     return folder
 
 

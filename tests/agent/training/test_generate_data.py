@@ -46,6 +46,7 @@ def test_data_and_their_datasheet_are_written_and_kept(line, tmp_path, capsys):
     assert (data / "datasheet.md").is_file()
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_folder_with_other_scenes_is_bad_input(line, capsys):
     assert command_line(line) == 0
     capsys.readouterr()
@@ -53,6 +54,7 @@ def test_a_folder_with_other_scenes_is_bad_input(line, capsys):
     assert "has scenes of seed 4, and not of seed 5" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_what_is_torn_is_bad_input(line, tmp_path, capsys):
     assert command_line(line) == 0
     data = tmp_path / "data"

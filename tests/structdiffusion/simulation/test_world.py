@@ -11,7 +11,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_
 from structdiffusion.objects import rigid_body
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.objects.procedural import procedural_object
-from structdiffusion.objects.rigid_body import hulls_file, mass_properties
+from structdiffusion.objects.rigid_body import mass_properties, shape_file, solid_content
 from structdiffusion.objects.solids import assemble, box, frustum, shell
 from structdiffusion.simulation.depth_camera import DepthCamera, measured_depth
 from structdiffusion.simulation.visible_points import ObservationError
@@ -54,14 +54,14 @@ def test_shape_files_are_named_by_content_and_the_oldest_go(monkeypatch):
     monkeypatch.setattr(rigid_body, "_shapes", OrderedDict())
     monkeypatch.setattr(rigid_body, "_MOST_SHAPES", 2)
     heights = (0.91, 0.92, 0.91, 0.93)
-    files = [hulls_file([box(0.1, 0.1, 0, height)]) for height in heights]
+    files = [shape_file(solid_content([box(0.1, 0.1, 0, height)])) for height in heights]
     assert files[0] == files[2] and len(set(files)) == 3
     assert [path.exists() for path in files] == [True, False, True, True]  # what was used last stays
-    assert hulls_file([box(0.1, 0.1, 0, 0.92)]).exists()  # and what went comes back
+    assert shape_file(solid_content([box(0.1, 0.1, 0, 0.92)])).exists()  # and what went comes back
 
 
 def test_shape_files_go_with_their_process():
-    program = "from structdiffusion.objects.rigid_body import hulls_file; import numpy as np; print(hulls_file([np.eye(4)[:, :3]]))"
+    program = "from structdiffusion.objects.rigid_body import shape_file, solid_content; import numpy as np; print(shape_file(solid_content([np.eye(4)[:, :3]])))"
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip().endswith(".obj") and not Path(done.stdout.strip()).parent.exists()
 

@@ -71,6 +71,7 @@ def test_disturbed_references_are_near_and_mostly_not_accepted(scene):
     assert any(row["rivals"]["LGMCTS"] and not row["success"] for row in rows)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_rows_are_kept_and_an_evaluation_is_resumed(tmp_path, capsys):
     out = tmp_path / "out"
     asked = ["evaluate", "goals", "--objects", "blocks", "--model", "geometric", "--family", "single-objects",

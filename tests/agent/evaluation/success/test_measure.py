@@ -207,6 +207,7 @@ def test_failures_are_pictured(config, tmp_path, monkeypatch):
         measure_success(config, MODELS, STRUCTURES, 2, workers=0, out=out, pictures=3)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_the_command(objects, tmp_path, capsys):
     out = tmp_path / "out"
     line = ["evaluate", "success", "--objects", str(objects), "--model", "geometric", "--structure", "tower"]
