@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from multiprocessing.util import get_temp_dir
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ HOLD = (
 @pytest.fixture
 def temporary(tmp_path, monkeypatch) -> Path:
     """The temporary folder of this test."""
+    get_temp_dir()  # multiprocessing has one folder for the whole process: not here, where a test counts what is left
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     return tmp_path
