@@ -59,8 +59,9 @@ class LanguageConfig:
         seed: of scenes, sensor noise and sampling.
         candidates: arrangements that the planner proposes; the best is tried.
         as_said: give planners of sentences the instruction itself, not the parsed slots in the corpus's words.
-        allow_unverified: use checkpoints that differ from their model cards. Rows are told apart by the checksums of
+        allow_unverified: use checkpoints that differ from their model cards. Rows are distinguished by the checksums of
             the networks in any case.
+        encoder: the sentence encoder of the embedding parser, as in `ReadingOptions`.
     """
 
     data: str = "free"
@@ -72,13 +73,14 @@ class LanguageConfig:
     candidates: int = 64
     as_said: bool = False
     allow_unverified: bool = False
+    encoder: str | None = None
 
     def command(self, limit: int | None) -> str:
         """Return the command that makes these rows."""
         return command_line(
             "language", data=self.data, limit=limit, objects=self.objects, seed=self.seed, model=self.model,
-            weights=self.weights, parser=self.parser, candidates=self.candidates, as_said=self.as_said,
-            allow_unverified=self.allow_unverified,
+            weights=self.weights, parser=self.parser, encoder=self.encoder, candidates=self.candidates,
+            as_said=self.as_said, allow_unverified=self.allow_unverified,
         )  # fmt: skip
 
     def fingerprint(self, library: Sequence[ObjectModel]) -> Row:
@@ -123,7 +125,8 @@ def measure_language(
         ResultStore(path, config.fingerprint(models), {"number", *READING}, (REPORT,)) as store,
         workforce(workers, ray) as force,
     ):
-        instructions, left_out = read_instructions(rows, ReadingOptions(parser=config.parser), config.as_said)
+        reading = ReadingOptions(parser=config.parser, encoder=config.encoder)
+        instructions, left_out = read_instructions(rows, reading, config.as_said)
         done = {row["number"]: row for row in measured(store.rows)}
         missing = [one for one in instructions if not one.is_in(done)]
         # A worker's current folder may be another one.

@@ -57,8 +57,9 @@ def measure_parsing(
     goal_sets = {name: thinned(goal_rows(name), limit) for name in goals}
     evaluations, readings = [], []
     with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
-        for parser in parsers:
-            interpreter = make_interpreter(replace(options, parser=parser), strict=True)
+        for kind in parsers:
+            interpreter = make_interpreter(replace(options, parser=kind), strict=True)
+            parser = _label(kind, options.encoder)
             started = time.perf_counter()
             interpreter.interpret("put the cups in a circle")
             cold = time.perf_counter() - started
@@ -79,12 +80,17 @@ def measure_parsing(
                     )
                 )
     command = command_line(
-        "parse", parser=parsers, data=data, goals=goals, limit=limit, llm_model=options.llm_model,
-        replies=options.replies,
+        "parse", parser=parsers, encoder=options.encoder, data=data, goals=goals, limit=limit,
+        llm_model=options.llm_model, replies=options.replies,
         llm_url=without_credentials(options.llm_url, "llm_url"),
     )  # fmt: skip
     count = sum(map(len, sets.values())) + sum(map(len, goal_sets.values()))
     return {**report_frame(command, count, packages=(grounding,)), "evaluations": evaluations, "goals": readings}
+
+
+def _label(parser: str, encoder: str | None) -> str:
+    """Return the name of a parser in reports, with its sentence encoder unless that is the built-in one."""
+    return f"{parser} on {Path(encoder).name}" if parser == "embedding" and encoder is not None else parser
 
 
 def benchmark_rows(name: str) -> list[Row]:

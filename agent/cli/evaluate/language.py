@@ -12,6 +12,7 @@ import typer
 from agent.cli.config import reading_options
 from agent.cli.evaluate.options import CandidatesOption, LimitOption, RowsOption, finish
 from agent.cli.options import (
+    EncoderOption,
     ForceOutOption,
     JsonOption,
     LLMModelOption,
@@ -54,6 +55,7 @@ def parse(
     limit: LimitOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
+    encoder: EncoderOption = None,
     replies: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="File for the LLM's replies; replies that it holds are not asked for again."),
@@ -74,7 +76,7 @@ def parse(
     claim_folder(out, "evaluation", force)
     from agent.evaluation.parsing import measure_parsing, print_parsing, write_parsing
 
-    options = replace(reading_options(ctx, "embedding", "robot", llm_model, llm_url), replies=replies)
+    options = replace(reading_options(ctx, "embedding", "robot", llm_model, llm_url, encoder), replies=replies)
     parsers = [name.value for name in parser or [Parsers.embedding]]
     sets = data or ([] if goals else ["templated", "free"])
     measure = partial(measure_parsing, parsers, sets, goals or [], limit, options)
@@ -91,6 +93,7 @@ def language(
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
     parser: ParserOption = Parsers.embedding,
+    encoder: EncoderOption = None,
     as_said: Annotated[
         bool,
         typer.Option(
@@ -121,6 +124,8 @@ def language(
     from agent.evaluation.language import LanguageConfig, measure_language, print_language
     from agent.evaluation.report import write_evaluation
 
-    config = LanguageConfig(data, objects, model, weights, parser.value, seed, candidates, as_said, allow_unverified)
+    config = LanguageConfig(
+        data, objects, model, weights, parser.value, seed, candidates, as_said, allow_unverified, encoder
+    )
     measure = partial(measure_language, config, limit, workers=workers, ray=ray, out=out)
     finish(measure, print_language, out, json_output, write_evaluation)
