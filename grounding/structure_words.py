@@ -124,7 +124,7 @@ def read_structure(path: Path) -> StructureWords:
     try:
         entries = _frozen(tomllib.loads(path.read_text(encoding="utf-8")))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise StructureWordsError(f"{path} is no TOML file: {error}") from error
+        raise StructureWordsError(f"{path} is not a TOML file: {error}") from error
     entries["words"] = _made(Words, entries.get("words", {}), f"{path}, [words]")
     entries["grammar"] = _made(Grammar, entries.get("grammar", {}), f"{path}, [grammar]")
     entries["own_phrases"] = {

@@ -78,7 +78,7 @@ def installed(name: str) -> str | None:
 def _parse(text: str, extra: str) -> Requirement:
     match = _REQUIREMENT.match(text)
     if match is None:
-        raise ValueError(f"{text!r} is no requirement")
+        raise ValueError(f"{text!r} is not a requirement")
     marked = _EXTRA.search(match[3] or "")
     return Requirement(match[1], re.sub(r"\s", "", match[2]), marked[1] if marked else extra)
 

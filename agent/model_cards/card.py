@@ -31,7 +31,7 @@ def facts_of(network: Network) -> Facts:
     if network.facts_path.is_file():
         facts = _json(network.facts_path)
         if facts.get("schema") != SCHEMA:
-            raise BadInput(f'{network.facts_path} is no card: its "schema" must be {SCHEMA!r}')
+            raise BadInput(f'{network.facts_path} is not a model card: its "schema" must be {SCHEMA!r}')
         return _complete(facts, _FACTS, network.facts_path)
     record = network.folder / RECORD
     training = _complete(_json(record), _RECORDED, record) if record.is_file() else None
@@ -151,7 +151,7 @@ def _result(network: Network, path: Path) -> Facts:
         rows = read(network, report["evaluations"])
         head = {"version": report["version"], "command": report.get("command", "structagent evaluate parse")}
     except (KeyError, TypeError) as error:
-        raise BadInput(f"{path} is no report of an evaluation that measures {network.name!r}") from error
+        raise BadInput(f"{path} is not a report of an evaluation that measures {network.name!r}") from error
     if not rows:
         raise BadInput(f"{path} does not measure {network.name!r}: none of its planners or parsers is made of it")
     return head | {"rows": rows}

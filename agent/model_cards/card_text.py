@@ -49,7 +49,7 @@ def checked_text(facts: Mapping[str, Any], path: Path) -> str:
         return card_text(facts)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
         reason = f"the key {str(error):.80} is missing" if isinstance(error, KeyError) else "a value has the wrong type"
-        raise BadInput(f"{path} is no record of a model card: {reason}") from error
+        raise BadInput(f"{path} is not a record of a model card: {reason}") from error
 
 
 def checked_facts(network: Network) -> Facts:

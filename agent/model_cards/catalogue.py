@@ -98,7 +98,7 @@ def _family(config: Path) -> str:
     try:
         kind = json.loads(config.read_text())["kind"]
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise BadInput(f'{config} is no config of a network: it needs a JSON object with "kind"') from error
+        raise BadInput(f'{config} is not the config of a network: it needs a JSON object with "kind"') from error
     if not isinstance(kind, str) or kind not in FAMILIES:
         raise BadInput(f"{config} has the kind {kind!r}; legal values: {', '.join(FAMILIES)}")
     return kind

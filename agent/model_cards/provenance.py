@@ -86,6 +86,6 @@ def _provenance(name: str, folder: Path) -> Provenance:
     for file, about in found.items():
         if on_card.get(file) != about:
             return Provenance(
-                sums, f"{folder / file} is not the file that its card tells of: its SHA-256 is {sums[file][:12]}"
+                sums, f"{folder / file} is not the file of its card: its SHA-256 is {sums[file][:12]}"
             )
     return Provenance(sums, MATCHES)

@@ -68,7 +68,7 @@ def _files(network: Network) -> str:
         raise _Wrong(f"no checksum is written: {network.folder} has neither {network.facts_path.name} nor {RECORD}")
     for name, about in found.items():
         if about != on_card.get(name):
-            raise _Wrong(f"{network.folder / name} is not the file that the card tells of: its checksum differs")
+            raise _Wrong(f"{network.folder / name} is not the file of the card: its checksum differs")
     return f"{len(found)} as on the card"
 
 
@@ -153,7 +153,7 @@ def _adapter_answer(network: Network) -> str:
     for question, answers in ANSWERS.items():
         shares = reply[question]
         if set(shares) != set(answers) or not math.isclose(sum(shares.values()), 1.0, abs_tol=1e-6):
-            raise _Wrong(f"its answers to {question!r} are no probabilities: {shares}")
+            raise _Wrong(f"its answers to {question!r} are not probabilities: {shares}")
     return f"{len(reply)} questions"
 
 

@@ -160,7 +160,7 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
         {name: poses[name] for name in everything if name not in clouds and name not in table.fallen},
     )
     if refused := [name for name in table.out_of_reach if name in seen and seen.index(name) in wanted.movable]:
-        raise NotBuildable(f"the instruction places what the arm cannot take: {', '.join(refused)}")
+        raise NotBuildable(f"the instruction places objects that the arm cannot reach: {', '.join(refused)}")
     table.involve([seen[index] for index in wanted.movable])
     return wanted, replace(scene, objects=tuple(clouds[name] for name in seen), distractors=())
 

@@ -78,7 +78,7 @@ def read_session(path: Path) -> Session:
     texts = content.split(b"\n")
     entries = [(number, decode_line(text)) for number, text in enumerate(texts, start=1) if text.strip()]
     if not entries or not is_start(entries[0][1]):
-        raise BadInput(f"{str(path)!r} is no session of structagent: its first line does not say so")
+        raise BadInput(f"{str(path)!r} is not a session of structagent: its first line does not identify one")
     first: Mapping[str, Any] = entries[0][1]
     return Session(
         str(first["version"]), first["started"], str(first["machine"]), first["options"], tuple(_lines(path, entries))

@@ -65,4 +65,4 @@ def _knock(address: str) -> None:
     try:
         socket.create_connection((place["host"].strip("[]"), int(place["port"])), _KNOCK_SECONDS).close()
     except (OSError, OverflowError) as error:
-        raise UsageError(f"--ray cannot be {address!r}: nobody answers there ({one_sentence(error)})") from error
+        raise UsageError(f"--ray cannot be {address!r}: no server answers there ({one_sentence(error)})") from error

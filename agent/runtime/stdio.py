@@ -27,7 +27,7 @@ __all__ = [
     "results_stream",
 ]
 
-NO_TEXT = "\N{REPLACEMENT CHARACTER}"  # stands for a byte that is no text
+NO_TEXT = "\N{REPLACEMENT CHARACTER}"  # stands for a byte that is not text
 LONGEST_LINE = 100_000  # characters that are kept of a line: far more than any instruction may have
 _PIECE = 65_536  # bytes that are taken from a pipe at once
 

@@ -28,7 +28,7 @@ def check_yaml(text: str, most_values: int = YAML_VALUES, most_levels: int = YAM
             if values > most_values or levels > most_levels:
                 raise ValueError(f"by line {line} it has more than {most_values} values or {most_levels} levels")
     except (yaml.YAMLError, RecursionError) as error:
-        raise ValueError("this is no YAML") from error
+        raise ValueError("this is not YAML") from error
 
 
 def load_yaml(text: str) -> Any:
@@ -43,7 +43,7 @@ def load_yaml(text: str) -> Any:
     try:
         return yaml.load(text, Loader=_loader())
     except (yaml.YAMLError, TypeError, AttributeError, OverflowError) as error:
-        raise ValueError("this is no YAML") from error
+        raise ValueError("this is not YAML") from error
 
 
 def _loader() -> Any:

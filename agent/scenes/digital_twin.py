@@ -125,7 +125,7 @@ class RecordedSource:
         asked = [self.objects[index] for index in selection.indices]
         if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:
             those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
-            raise NotBuildable(f"the instruction names what the arm cannot take: {those}")
+            raise NotBuildable(f"the instruction names objects that the arm cannot reach: {those}")
         selected = [each for each in asked if not each.trouble]
         try:
             check_count([each.name for each in selected], len(self.objects), goal.spec)

@@ -120,10 +120,10 @@ def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         what = ", ".join(part for part in (error.context, error.problem) if part)
-        return (), [Problem(mark.line + 1 if mark else 1, f"this is no YAML: {what}")]
+        return (), [Problem(mark.line + 1 if mark else 1, f"this is not YAML: {what}")]
     except yaml.reader.ReaderError as error:
         line = text[: error.position].count("\n") + 1
-        return (), [Problem(line, f"this is no YAML: the character {chr(error.character)!r} is not allowed")]
+        return (), [Problem(line, f"this is not YAML: the character {chr(error.character)!r} is not allowed")]
     except RecursionError:
         return (), [Problem(1, "this is no scene: it is nested too deeply")]
     reader = _Reader()

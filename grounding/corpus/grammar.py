@@ -101,7 +101,7 @@ def sentences(spec: StructureSpec) -> list[str]:
         ValueError: for a spec with nothing specified, which no sentence can say.
     """
     if not spec.tokens():
-        raise ValueError("no sentence says a specification with nothing specified; give at least one slot")
+        raise ValueError("a specification needs at least one slot to have sentences")
     return list(_numbered_sentences(spec))
 
 

@@ -109,7 +109,7 @@ class EndpointGoals:
         words = f" {Said.of(said).text.replace(',', '')} "
         for phrase in phrases_of(parts if isinstance(parts, list) else ()):
             if f" {Said.of(phrase).text.replace(',', '')} " not in words:
-                raise UnusableGoalError("names objects in words that nobody said")
+                raise UnusableGoalError("names objects in words that are not in the instruction")
         return parts
 
 
@@ -140,6 +140,6 @@ def read_goal(content: str, secrets: Collection[str] = ()) -> list[dict[str, Any
     except GoalError as error:
         message = " ".join(str(error).split())[:200]
         raise ValueError(
-            "it is no legal goal" if any(shares_secret(message, each) for each in secrets) else message
+            "it is not a legal goal" if any(shares_secret(message, each) for each in secrets) else message
         ) from None
     return json.loads(json.dumps(parts))

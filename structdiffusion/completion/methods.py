@@ -79,7 +79,7 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
     points = np.asarray(cloud.points, dtype=np.float64)
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
-        raise ValueError(f"nothing was seen of the {cloud.name}")
+        raise ValueError(f"no point was seen of the {cloud.name}")
     points = without_strays(points[:: math.ceil(len(points) / _MOST)])
     points[:, 2] = np.maximum(points[:, 2], cloud.bottom)
     as_seen = replace(cloud, points=points)

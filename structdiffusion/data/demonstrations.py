@@ -166,6 +166,6 @@ def _remember_seed(folder: Path, seed: int) -> None:
     try:
         there = json.loads(known.read_text())["seed"]
     except (ValueError, KeyError, TypeError) as error:
-        raise DataFolderError(f"{known} tells no seed of the scenes beside it; choose another folder") from error
+        raise DataFolderError(f"{known} does not state the seed of its scenes; choose another folder") from error
     if there != seed:
         raise DataFolderError(f"{folder} has scenes of seed {there}, and not of seed {seed}; choose another folder")

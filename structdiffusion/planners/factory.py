@@ -59,7 +59,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
     missing = [network for network in networks_of(name) if not (folder / network).is_dir()]
     if missing:
         raise CheckpointError(
-            f"{folder} lacks {', '.join(missing)}, of which model {name!r} is made: `structagent train {missing[0]} "
+            f"{folder} lacks {', '.join(missing)}, which model {name!r} needs: `structagent train {missing[0]} "
             f"--data SCENES --out {folder / missing[0]}` makes it"
         )
     if parts.network == "structformer":
@@ -79,7 +79,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
             guide=guide, guidance=parts.guidance, candidates=parts.candidates,
         )  # fmt: skip
     except ValueError as error:  # it was trained with fewer steps than this planner takes
-        raise CheckpointError(f"{folder / 'diffusion'} is of no use to model {name!r}: {error}") from error
+        raise CheckpointError(f"{folder / 'diffusion'} cannot be used by model {name!r}: {error}") from error
 
 
 def _load_judges(

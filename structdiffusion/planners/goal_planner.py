@@ -101,7 +101,7 @@ class GoalPlanner:
             GoalError: for a goal that does not fit the scene, or whose relations have no meaning.
         """
         if not goal.parts:
-            raise GoalError("the goal has no parts: nothing is asked for")
+            raise GoalError("the goal has no parts")
         resolved = require_indices(goal, len(scene.objects))
         if goal.plain_spec is not None and goal.plain_spec.shape in (None, *FIRST_SHAPES):
             asked = StructureGoal(goal.plain_spec, sentence, embedding)
@@ -212,7 +212,7 @@ class _Composer:
             if index >= self.state.count:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]
                 raise LayoutError(
-                    f"the {above.name} stands on the {below.name}, and is none of the objects that can be moved"
+                    f"the {above.name} stands on the {below.name}, and cannot be moved"
                 )
             if index in named and index in self.state.carriers:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]

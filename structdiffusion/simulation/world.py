@@ -105,7 +105,7 @@ class TabletopWorld:
             ValueError: if `order` is no permutation.
         """
         if sorted(order) != list(range(len(self.bodies))):
-            raise ValueError(f"{list(order)} is no permutation of {len(self.bodies)} objects")
+            raise ValueError(f"{list(order)} is not a permutation of {len(self.bodies)} objects")
         self.models = [self.models[i] for i in order]
         self.bodies = [self.bodies[i] for i in order]
         self._object_from_inertial = [self._object_from_inertial[i] for i in order]

@@ -121,7 +121,7 @@ class Arc(RingStructure, SpreadStructure):
                 f"an arc of these objects with {why} spans {spanned:.0f} degrees; legal: {low:g} to {high:g}"
             )
         if steps.max() > _EVEN * MAX_GAP_RATIO * steps.mean():
-            raise LayoutError(f"objects of so different sizes make no even arc with {why}")
+            raise LayoutError(f"objects of such different sizes cannot form an even arc with {why}")
         offsets = radius * np.column_stack((np.cos(angles), np.sin(angles)))
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
         return draft_with_gap(self.name, spec, range(len(items)), outlines, offsets, turns, heading, keys.gap, why)

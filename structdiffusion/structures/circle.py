@@ -113,7 +113,7 @@ class Circle(RingStructure):
         offsets = radius * np.column_stack((np.cos(angles), np.sin(angles)))
         gaps = angular_gaps(offsets)[1]
         if ratio is None and gaps.max() > _EVEN * MAX_GAP_RATIO * gaps.mean():
-            raise LayoutError(f"objects of so different sizes make no even circle with {why}")
+            raise LayoutError(f"objects of such different sizes cannot form an even circle with {why}")
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
         require_clear(self.name, outlines, offsets, why, keys.gap)
         require_size(self.name, spec.size, 1.0 / tightest_ring_radius(outlines, offsets), why)

@@ -142,7 +142,7 @@ def rows_and_columns(count: int, rows: int | None = None, columns: int | None = 
     if not able:
         asked = f"{rows} rows" if rows is not None else f"{columns} columns"
         raise LayoutError(
-            f"{count} objects make no grid of {asked} in which only the last row is short, and none is a line"
+            f"{count} objects cannot form a grid of {asked} in which only the last row is short, and none is a line"
         )
     return min(able, key=lambda one: one[0] * one[1] - count + _OBLONG * abs(one[1] - one[0]) + (one[0] > one[1]) * 0.1)
 

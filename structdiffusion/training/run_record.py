@@ -56,7 +56,7 @@ def about_data(folder: Path) -> dict[str, Any]:
         sheet = json.loads(path.read_text()) if path.is_file() else {}
     except ValueError as error:
         again = f"`structagent generate --out {folder}` writes it anew"
-        raise DataFolderError(f"{path} is no datasheet; {again}") from error
+        raise DataFolderError(f"{path} is not a datasheet; {again}") from error
     known = ("scenes", "seed", "library", "objects", "version", "sha256")
     return {"name": folder.resolve().name, **{name: sheet[name] for name in known if name in sheet}}
 
@@ -145,7 +145,7 @@ def _sessions(path: Path) -> list[dict[str, Any]]:
     try:
         return list(json.loads(path.read_text())["sessions"])
     except (ValueError, KeyError, TypeError) as error:
-        raise CheckpointError(f"{path} is no record of a training: move it away, or choose another folder") from error
+        raise CheckpointError(f"{path} is not a training record: move it away, or choose another folder") from error
 
 
 def _circumstances(session: Mapping[str, Any]) -> dict[str, Any]:

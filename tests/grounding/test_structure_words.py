@@ -51,7 +51,7 @@ def test_another_shape_is_another_file(tmp_path, monkeypatch):
     [
         (("nouns = [\"spiral\", \"whorl\"]", "noun = [\"spiral\"]"), r"spiral.toml, \[words\]: unknown key 'noun'; legal keys: nouns,"),
         (("number = 13\n", ""), "spiral.toml: the key 'number' is missing"),
-        (("number = 13", "number ="), "spiral.toml is no TOML file"),
+        (("number = 13", "number ="), "spiral.toml is not a TOML file"),
     ],
 )  # fmt: skip
 def test_a_file_that_cannot_be_used_is_named(tmp_path, change, message):

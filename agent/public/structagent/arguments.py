@@ -51,7 +51,9 @@ def as_array(value: Any, place: str, legal: str) -> np.ndarray:
             value = (value.float() if value.dtype.is_floating_point and value.element_size() == 2 else value).numpy()
         array = np.asarray(value)
     except (ValueError, TypeError, RuntimeError, OverflowError) as error:
-        raise bad_input(f"{place} is no array of numbers ({' '.join(str(error).split())}); legal: {legal}") from None
+        raise bad_input(
+            f"{place} is not an array of numbers ({' '.join(str(error).split())}); legal: {legal}"
+        ) from None
     if array.dtype.kind not in "fiu":
         raise bad_input(f"{place} has the dtype {array.dtype}; legal: {legal}")
     return array
@@ -68,7 +70,7 @@ def check_text(text: Any) -> None:
     try:
         text.encode("utf-8")
     except UnicodeEncodeError as error:
-        raise wrong_argument(f"the instruction has a character at place {error.start} that is no text") from None
+        raise wrong_argument(f"the instruction has a character at place {error.start} that is not text") from None
 
 
 def check_choice(argument: str, value: Any, legal: Sequence[str]) -> None:
@@ -110,5 +112,5 @@ def checked_pose(pose: Any) -> np.ndarray:
         or np.abs(array[:3, :3] @ array[:3, :3].T - np.eye(3)).max() > 1e-3
         or np.linalg.det(array[:3, :3]) < 0
     ):
-        raise wrong_argument(f"world_from_camera of shape {array.shape} is no rigid transform; legal: {legal}")
+        raise wrong_argument(f"world_from_camera of shape {array.shape} is not a rigid transform; legal: {legal}")
     return array

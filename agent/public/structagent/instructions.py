@@ -208,7 +208,7 @@ def checked_spec(slots: Any) -> StructureSpec:
     spec = slots if isinstance(slots, StructureSpec) else StructureSpec.from_dict(slots)
     if not spec.tokens():
         raise wrong_argument(
-            f"no slot says anything; name at least one of {', '.join(SLOTS)}, such as {{'shape': 'circle'}}"
+            f"no slot has a value; name at least one of {', '.join(SLOTS)}, such as {{'shape': 'circle'}}"
         )
     return spec
 

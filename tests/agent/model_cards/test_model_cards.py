@@ -192,7 +192,7 @@ def test_a_card_of_other_weights_or_of_no_evaluation_is_refused(trained, report,
     assert not (weights / "collision" / "card.json").exists()
     assert "training.json" in fails(6, ["card", "collision", "--run", str(tmp_path), *place], capsys)
     report.write_text('{"evaluations": [{"about": {}}]}')
-    assert "is no report" in fails(6, ["card", "collision", "--eval", str(report), *place], capsys)
+    assert "is not a report" in fails(6, ["card", "collision", "--eval", str(report), *place], capsys)
     report.write_text('{"version": "1", "evaluations": [{"about": {"model": "geometric"}, "aggregate": {}}]}')
     assert "does not measure 'collision'" in fails(6, ["card", "collision", "--eval", str(report), *place], capsys)
     assert "networks here: collision" in fails(2, ["card", "structure", *place], capsys)

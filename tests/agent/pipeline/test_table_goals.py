@@ -104,7 +104,7 @@ def test_what_the_arm_cannot_take_is_no_object_but_may_be_a_reference(blocks):
     blocks.out_of_reach = ("block 3",)
     put_on_table(blocks, goal_of(LEFT_OF))
     blocks.out_of_reach = ("block 4",)
-    with pytest.raises(NotBuildable, match="places what the arm cannot take: block 4"):
+    with pytest.raises(NotBuildable, match="places objects that the arm cannot reach: block 4"):
         put_on_table(blocks, goal_of(LEFT_OF))
 
 

@@ -106,7 +106,7 @@ def test_one_coordinate_that_is_not_finite_is_named(clouds, value):
         (np.zeros((600, 3), bool), ("clouds[1] has the dtype bool",)),
         (np.zeros((600, 3), complex), ("clouds[1] has the dtype complex128",)),
         (np.full((600, 3), "0.1"), ("clouds[1] has the dtype <U3",)),
-        ([[0.1, 0.2, 0.3], [0.1, 0.2]] * 20, ("clouds[1] is no array of numbers",)),
+        ([[0.1, 0.2, 0.3], [0.1, 0.2]] * 20, ("clouds[1] is not an array of numbers",)),
         (None, ("clouds[1] has the dtype object",)),
         ("cup.ply", ("clouds[1] has the dtype <U7",)),
         ([[None, 0.0, 0.0]] * 30, ("clouds[1] has the dtype object",)),

@@ -192,9 +192,9 @@ def test_what_stands_on_another_object_needs_its_bottom(clouds):
         ({3: "circle"}, ("there is no slot 3",), 2),
         ({"shape": ["circle"]}, ("shape cannot be ['circle']",), 2),
         ({"shape": "tower", "size": "large"}, ("a tower takes no size (got 'large')",), 3),
-        ({}, ("no slot says anything; name at least one of shape",), 2),
-        (dict.fromkeys(CIRCLE), ("no slot says anything",), 2),
-        (StructureSpec(), ("no slot says anything",), 2),
+        ({}, ("no slot has a value; name at least one of shape",), 2),
+        (dict.fromkeys(CIRCLE), ("no slot has a value",), 2),
+        (StructureSpec(), ("no slot has a value",), 2),
     ],
 )
 def test_what_cannot_be_understood_ends_with_one_sentence(clouds, instruction, parts, exit_code):

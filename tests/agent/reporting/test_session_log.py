@@ -269,7 +269,7 @@ def test_two_cannot_write_one_session(tmp_path):
 def test_what_never_ends_is_refused_by_its_beginning(tmp_path):
     endless = tmp_path / "endless.jsonl"
     endless.symlink_to("/dev/zero")
-    with pytest.raises(BadInput, match="is no session of structagent"):
+    with pytest.raises(BadInput, match="is not a session of structagent"):
         read_session(endless)
 
 

@@ -71,7 +71,7 @@ def test_what_is_torn_is_bad_input(line, tmp_path, capsys):
     trained = ["train", "structure", "--data", str(data), "--out", str(tmp_path / "run"), "--device", "cpu"]
     (data / "datasheet.json").write_text("{")
     assert command_line([*trained, "--steps", "1"]) == 6
-    assert "datasheet.json is no datasheet; `structagent generate" in capsys.readouterr().err
+    assert "datasheet.json is not a datasheet; `structagent generate" in capsys.readouterr().err
 
 
 def test_a_cluster_that_is_not_there(line, capsys):

@@ -136,7 +136,7 @@ def test_an_illegal_goal_is_asked_for_once_more_and_then_an_error_without_secret
 
 def test_objects_in_other_words_than_the_instructions_are_not_used():
     invented = [PARTS[0] | {"objects": ["the tins"]}]
-    with pytest.raises(UnusableGoalError, match="words that nobody said"):
+    with pytest.raises(UnusableGoalError, match="words that are not in the instruction"):
         ask(lambda *_: says(json.dumps({"request": "build", "parts": invented})))
 
 

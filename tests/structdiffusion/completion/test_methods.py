@@ -200,5 +200,5 @@ def test_bad_input_is_named():
     _, _, cloud, camera = looks("can")[0]
     with pytest.raises(ValueError, match="'guess'; legal: hull, "):
         complete(cloud, camera, "guess")
-    with pytest.raises(ValueError, match="nothing was seen of the can"):
+    with pytest.raises(ValueError, match="no point was seen of the can"):
         complete(replace(cloud, points=np.full((5, 3), np.nan)), camera)

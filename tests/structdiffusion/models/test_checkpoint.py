@@ -137,7 +137,7 @@ def test_a_config_that_is_no_json_object_names_the_file(folder, text):
     ("values", "said"),
     [
         ({"prediction_type": "x0"}, "config.json describes no network: prediction_type cannot be 'x0'; legal values: "),
-        ({"steps": 20}, "diffusion is of no use to model 'diffusion-unranked': the number of sampling steps cannot be 25"),
+        ({"steps": 20}, "diffusion cannot be used by model 'diffusion-unranked': the number of sampling steps cannot be 25"),
     ],
 )
 def test_a_noise_schedule_that_does_not_suit_names_the_checkpoint(values, said, tmp_path):

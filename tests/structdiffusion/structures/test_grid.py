@@ -71,8 +71,8 @@ def test_rows_and_columns_for_every_number_of_objects():
     [
         (7, (3, 3), "a grid of 3 by 3 takes 9 objects, got 7"),
         (4, (1, 4), "a grid of 1 by 4 is a line"),
-        (5, (4, None), "5 objects make no grid of 4 rows"),
-        (4, (None, 4), "4 objects make no grid of 4 columns"),
+        (5, (4, None), "5 objects cannot form a grid of 4 rows"),
+        (4, (None, 4), "4 objects cannot form a grid of 4 columns"),
     ],
 )
 def test_rows_and_columns_that_these_objects_cannot_have(count, asked, sentence):

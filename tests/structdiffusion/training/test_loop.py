@@ -78,7 +78,7 @@ def test_what_cannot_be_gone_on_with_is_told(tmp_path):
     with pytest.raises(CheckpointError, match="training_state.pt cannot be resumed: it is torn, or not that"):
         list(train(other, loss, tmp_path, OPTIONS, CPU))
     (tmp_path / "training.json").write_text('{"sessions"')
-    with pytest.raises(CheckpointError, match="training.json is no record of a training"):
+    with pytest.raises(CheckpointError, match="training.json is not a training record"):
         list(train(model, loss, tmp_path, OPTIONS, CPU, metadata=metadata))
     state = tmp_path / "training_state.pt"
     state.write_bytes(state.read_bytes()[:1000])
