@@ -67,8 +67,8 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
     """
     python = platform.python_version()
     where = f"{python} at {sys.executable}, {platform.system()} {platform.machine()}"
-    mend = "apt-get install python3.11 python3.11-venv"
-    yield Check("python", "python", PYTHON.allows(python), True, where, "" if PYTHON.allows(python) else mend)
+    repair = "apt-get install python3.11 python3.11-venv"
+    yield Check("python", "python", PYTHON.allows(python), True, where, "" if PYTHON.allows(python) else repair)
     configured, keyless, check = _configuration()
     yield check
     yield check_installation(root)
@@ -87,8 +87,8 @@ def examine(seconds: float = SECONDS, root: Path = ROOT, stream: TextIO = sys.st
         yield _package(entry, next(outcomes) if entry in imported else None, packages)
     for part in parts:
         outcome = next(outcomes)
-        mend = "" if outcome.works else _mend(outcome, packages, part.mend)
-        yield Check(part.group, part.name, outcome.works, part.needed, outcome.said, mend)
+        repair = "" if outcome.works else _repair(outcome, packages, part.repair)
+        yield Check(part.group, part.name, outcome.works, part.needed, outcome.said, repair)
     yield check_cache()
     yield check_terminal(stream)
 
@@ -106,7 +106,7 @@ class _Part:
     name: str
     task: str
     needed: bool
-    mend: str
+    repair: str
 
 
 def _parts(configured: dict[str, Any], root: Path, keyless: bool) -> list[_Part]:
@@ -126,8 +126,8 @@ def _parts(configured: dict[str, Any], root: Path, keyless: bool) -> list[_Part]
         _Part("language", "local model", "llm", reads and not url, smollm),
     ]
     if url:
-        mend = f"start the server, or set {KEY_VARIABLE} or STRUCTAGENT_LLM_URL"
-        parts.append(_Part("language", "endpoint", f"{'keyless-' if keyless else ''}endpoint {url}", reads, mend))
+        repair = f"start the server, or set {KEY_VARIABLE} or STRUCTAGENT_LLM_URL"
+        parts.append(_Part("language", "endpoint", f"{'keyless-' if keyless else ''}endpoint {url}", reads, repair))
     parts += [
         _Part("simulation", "physics", "physics", True, _pip(Requirement("pybullet"), "--force-reinstall")),
         _Part("simulation", "objects", "objects", configured.get("objects", "ycb") == "ycb", objects),
@@ -162,8 +162,8 @@ def _package(entry: Requirement, outcome: Outcome | None, packages: Sequence[Req
     if not entry.allows(version):
         return Check("packages", entry.name, False, needed, f"{version}, required {entry.bounds}", _pip(entry))
     if outcome is not None and not outcome.works:
-        mend = _mend(outcome, packages, _pip(entry, "--force-reinstall"))
-        return Check("packages", entry.name, False, needed, f"{version}{bounds} {_broken(outcome)}", mend)
+        repair = _repair(outcome, packages, _pip(entry, "--force-reinstall"))
+        return Check("packages", entry.name, False, needed, f"{version}{bounds} {_broken(outcome)}", repair)
     return Check("packages", entry.name, True, needed, f"{version}{bounds}")
 
 
@@ -171,7 +171,7 @@ def _broken(outcome: Outcome) -> str:
     return f"{outcome.said} when imported" if outcome.crashed else f"cannot be imported: {outcome.said}"
 
 
-def _mend(outcome: Outcome, packages: Sequence[Requirement], otherwise: str) -> str:
+def _repair(outcome: Outcome, packages: Sequence[Requirement], otherwise: str) -> str:
     """Return the command that installs what an outcome lacks, or `otherwise`."""
     if outcome.absent.startswith("lib"):
         package = next((apt for name, apt in _APT.items() if outcome.absent.startswith(f"{name}.so")), None)
@@ -199,7 +199,7 @@ def print_check(check: Check, group: str, results: TextIO) -> None:
     sign, colour = ("ok", 32) if check.works else ("FAIL", 31) if check.needed else ("--", 33)
     shown = f"\x1b[{colour}m{sign:<4}\x1b[0m" if has_colour(results) else f"{sign:<4}"
     lines = [f"  {shown}  {check.name:<19} {visible(check.detail)}"]
-    lines += [f"        repair: {visible(check.mend)}"] if check.mend else []
+    lines += [f"        repair: {visible(check.repair)}"] if check.repair else []
     print("\n".join(([] if check.group == group else [check.group]) + lines), file=styled(results), flush=True)
 
 

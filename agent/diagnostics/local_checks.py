@@ -26,7 +26,7 @@ class Check:
         works: whether it works.
         needed: whether structagent, as configured, fails without it.
         detail: what was found.
-        mend: the command or advice that repairs it; empty if the check passed or no repair is known.
+        repair: the command or advice that repairs it; empty if the check passed or no repair is known.
     """
 
     group: str
@@ -34,7 +34,7 @@ class Check:
     works: bool
     needed: bool
     detail: str
-    mend: str = ""
+    repair: str = ""
 
 
 def check_installation(root: Path) -> Check:
@@ -56,19 +56,19 @@ def check_prompts(root: Path, needed: bool) -> Iterator[Check]:
 
     for name, shipped in SHIPPED.items():
         path = root / "prompts" / f"{name}.txt"
-        mend = reinstall(root, path.relative_to(root).as_posix())
+        repair = reinstall(root, path.relative_to(root).as_posix())
         try:
             found = hashlib.sha256(path.read_text(encoding="utf-8").encode()).hexdigest()
         except (OSError, UnicodeError) as error:
             said = f"{path.name} cannot be read: {one_sentence(error)}"
-            yield Check("python", "prompt", False, needed, said, mend)
+            yield Check("python", "prompt", False, needed, said, repair)
             continue
         said = f"{path.name} has the SHA-256 {found[:12]}"
         if found == shipped:
             yield Check("python", "prompt", True, needed, f"{said}, as shipped")
         else:
             said = f"{said}, and the shipped one has {shipped[:12]}: the published results do not hold for it"
-            yield Check("python", "prompt", False, needed, said, mend)
+            yield Check("python", "prompt", False, needed, said, repair)
 
 
 def check_cache() -> Check:

@@ -15,7 +15,7 @@ from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static,
 from agent.recordings.topic_selection import Choice, check_named, choose, offers
 from agent.rendering.text import aligned, number
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 _FIRST_REACH = 0.1  # s; the last message of a topic is looked for so far before the bag's end, then further
 _GROWTH = 10.0
 _DEEPEST = 20  # the frames' tree is not indented further
@@ -32,7 +32,7 @@ class TopicInfo:
         rate: messages a second between the first and the last; `None` for fewer than two.
         first, last: seconds since the bag's first message; `None` without messages.
         frame: the frame of a camera's first message, or "".
-        gives: "points", "depth", "color" or "depth_info" for a topic of a camera; else "".
+        role: "points", "depth", "color" or "depth_info" for a topic of a camera; else "".
         problem: why it cannot be used for that, or "".
     """
 
@@ -43,7 +43,7 @@ class TopicInfo:
     first: float | None
     last: float | None
     frame: str = ""
-    gives: str = ""
+    role: str = ""
     problem: str = ""
 
 
@@ -54,7 +54,7 @@ class FrameInfo:
     Attributes:
         name: the frame.
         parent: its parent frame.
-        static: whether it stands there always.
+        static: whether its pose in the parent never changes.
     """
 
     name: str
@@ -71,9 +71,9 @@ class BagInfo:
         seconds: the duration of the recording.
         topics: by name.
         frames: tf, by parents and names.
-        there: input of a run -> whether the bag has it: "points", "colour", "lens", "arm's joints",
+        available: input of a run -> whether the bag has it: "points", "colour", "intrinsics", "arm's joints",
             "camera to arm".
-        used: what would be used -> its purpose.
+        used: purpose -> topic that would be used.
         notes: missing inputs, assumptions and repairs, a sentence each.
     """
 
@@ -81,12 +81,12 @@ class BagInfo:
     seconds: float
     topics: tuple[TopicInfo, ...]
     frames: tuple[FrameInfo, ...]
-    there: Mapping[str, bool]
+    available: Mapping[str, bool]
     used: Mapping[str, str]
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the same as JSON values: seconds."""
+        """Return the content as JSON values."""
         values = asdict(self)
         return {
             "schema_version": SCHEMA_VERSION,
@@ -119,8 +119,8 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
             offer = offer_of.get(stream)
             of_camera = (offer.frame, offer.role, offer.problem) if offer else ()
             topics.append(TopicInfo(stream.topic, stream.type, stream.count, rate, first, last, *of_camera))
-        frames, there, use, notes = _use(bag, dict(named or {}))
-        return BagInfo(path, bag.seconds, tuple(topics), frames, there, use, (*bag.notes, *notes))
+        frames, available, use, notes = _use(bag, dict(named or {}))
+        return BagInfo(path, bag.seconds, tuple(topics), frames, available, use, (*bag.notes, *notes))
 
 
 def _span(bag: Bag, stream: Stream) -> tuple[float | None, float | None]:
@@ -163,15 +163,15 @@ def _use(
     notes += said
     frames = sorted((parent, child, edge.static) for (child, parent), edge in tf.transforms.items())
     chosen = bool(camera) or choice != Choice()
-    there = {
+    available = {
         "points": chosen,
         "colour": choice.color is not None or choice.points is not None and choice.points.colored,
-        "lens": choice.depth_info is not None,
+        "intrinsics": choice.depth_info is not None,
         "arm's joints": arm is not None,
         "camera to arm": pose is not None,
     }
     use = used(choice, arm_stream, bag if pose is not None else None)
-    return tuple(FrameInfo(child, parent, static) for parent, child, static in frames), there, use, notes
+    return tuple(FrameInfo(child, parent, static) for parent, child, static in frames), available, use, notes
 
 
 def print_bag_info(info: BagInfo, results: TextIO) -> None:
@@ -195,8 +195,8 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
         print("\nframes", file=results)
         for line in _tree(info.frames):
             print(f"  {line}", file=results)
-    print("\nthere", file=results)
-    rows = [(f"  {what}", "yes" if given else "no") for what, given in info.there.items()]
+    print("\navailable", file=results)
+    rows = [(f"  {what}", "yes" if given else "no") for what, given in info.available.items()]
     print(aligned(rows), file=results)
     if info.used:
         print("\nused as", file=results)

@@ -87,7 +87,7 @@ def test_everything_works_here(once, command, capsys):
     assert {entry.name for entry in required() if not entry.extra} <= names
     assert {"python", "configuration", "diffusion", "structure", "collision", "sentence encoder", "parser"} <= names
     assert {"local model", "physics", "objects", "gpu", "ray", "cache", "terminal"} <= names
-    assert all(bool(check["mend"]) != check["works"] for check in told["checks"])
+    assert all(bool(check["repair"]) != check["works"] for check in told["checks"])
 
 
 def test_a_crash_a_hang_and_an_exit_cost_only_themselves(modules):
@@ -130,12 +130,12 @@ def test_half_of_the_packages_are_broken(modules):
     assert done.returncode == 6 and "Traceback" not in done.stderr
     pip = f"{sys.executable} -m pip install"
     assert "SIGSEGV" in told["pybullet"]["detail"]
-    assert re.fullmatch(re.escape(pip) + r" --force-reinstall 'pybullet>=[\d.]+'", told["pybullet"]["mend"])
-    assert told["torch"]["mend"] == "apt-get install libgomp1" == told["diffusion"]["mend"]
+    assert re.fullmatch(re.escape(pip) + r" --force-reinstall 'pybullet>=[\d.]+'", told["pybullet"]["repair"])
+    assert told["torch"]["repair"] == "apt-get install libgomp1" == told["diffusion"]["repair"]
     assert "RuntimeError: broken" in told["rich"]["detail"] and "no typer today" in told["typer"]["detail"]
     assert "nowhere" in told["scipy"]["detail"] and "exit code 1" in told["httpx"]["detail"]
     assert told["physics"]["detail"] == "pybullet, which it needs, does not work"
-    assert told["physics"]["mend"] == told["pybullet"]["mend"]
+    assert told["physics"]["repair"] == told["pybullet"]["repair"]
     assert all(told[name]["works"] for name in ("python", "numpy", "trimesh", "structagent", "configuration"))
     start = subprocess.run([sys.executable, "-m", "agent", "run", "x"], env=environment, capture_output=True, text=True)
     assert start.returncode == 6 and start.stderr.count("\n") == 1 and "structagent doctor" in start.stderr
@@ -148,9 +148,9 @@ def test_a_package_that_is_missing_or_too_old(tmp_path):
     )
     checks = {check.name: check for check in examine(60.0, tmp_path)}
     assert exit_code(list(checks.values())) == 6 and "nothing" not in checks
-    assert "required >=99" in checks["numpy"].detail and "'numpy>=99'" in checks["numpy"].mend
+    assert "required >=99" in checks["numpy"].detail and "'numpy>=99'" in checks["numpy"].repair
     missing = checks["no-such-package"]
-    assert missing.detail == "not installed" and "'no-such-package>=1,<2'" in missing.mend
+    assert missing.detail == "not installed" and "'no-such-package>=1,<2'" in missing.repair
     assert checks["pillow"].works and not checks["ray"].needed
     assert not checks["diffusion"].works and "config.json" in checks["diffusion"].detail
 
@@ -163,7 +163,7 @@ def test_weights_that_are_damaged(once, name, tmp_path, monkeypatch):
     monkeypatch.setenv("STRUCTAGENT_WEIGHTS", str(tmp_path / "own"))
     checks = {check.name: check for check in examine()}
     assert checks["diffusion"].works and checks["collision"].works and exit_code(list(checks.values())) == 6
-    assert str(path) in checks["structure"].detail and str(tmp_path / "own") in checks["structure"].mend
+    assert str(path) in checks["structure"].detail and str(tmp_path / "own") in checks["structure"].repair
 
 
 def test_a_broken_configuration_is_one_check_of_many(once, tmp_path, command, capsys):
@@ -231,7 +231,7 @@ def test_installed_files_are_held_to_their_checksums(tmp_path, monkeypatch):
     assert changed_files(tmp_path) == (3, ["agent/weights.bin", "agent/gone.bin"])
     check = next(check for check in examine(root=tmp_path) if check.name == "structagent")
     assert not check.works and "agent/weights.bin" in check.detail
-    assert check.mend.endswith("--force-reinstall --no-deps file:///somewhere")
+    assert check.repair.endswith("--force-reinstall --no-deps file:///somewhere")
 
 
 def prompt_check(root):

@@ -28,10 +28,10 @@ def test_a_whole_session_is_listed(tmp_path, name):
     info = inspect_bag(write_bag(tmp_path / name, [*session(), transform("root", "hand", seconds=0.2, topic="/tf")]))
     assert info.seconds == pytest.approx(0.3)
     of = {topic.name: topic for topic in info.topics}
-    assert (of[DEPTH].count, of[DEPTH].gives, of[DEPTH].frame) == (3, "depth", OPTICAL)
+    assert (of[DEPTH].count, of[DEPTH].role, of[DEPTH].frame) == (3, "depth", OPTICAL)
     assert (of[DEPTH].rate, of[DEPTH].first, of[DEPTH].last) == pytest.approx((10, 0.1, 0.3))
     assert of["/tf"].rate is None and of["/tf"].first == of["/tf"].last == pytest.approx(0.2)
-    assert all(info.there.values()) and info.notes == ()
+    assert all(info.available.values()) and info.notes == ()
     assert (info.used["color"], info.used["joints"]) == (COLOR, JOINTS)
     output = json.loads(json.dumps(info.to_dict()))
     assert output["frames"][-1] == {"name": "root", "parent": "world", "static": True}
@@ -44,7 +44,7 @@ def test_a_whole_session_is_listed(tmp_path, name):
 
 def test_what_is_missing_is_reported(tmp_path):
     info = inspect_bag(write_bag(tmp_path / "bare.bag", [depth_image(depths())]))
-    assert not any(info.there.values()) and info.used == {}
+    assert not any(info.available.values()) and info.used == {}
     assert any("no sensor_msgs/CameraInfo" in note for note in info.notes)
     out = io.StringIO()
     print_bag_info(info, out)
