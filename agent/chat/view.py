@@ -130,9 +130,10 @@ class ChatScreen:
         payload = self._candidates
         shown = payload["candidates"][:count]
         several = len(shown) > 1
-        which = ", the best first" if several else "; the best of them:"
         count = len(payload["candidates"])
-        self._text.title(f"{count} arrangement{'s' * (count != 1)} proposed{which}", payload["seconds"])
+        self._text.title(f"{count} arrangement{'s' * (count != 1)} proposed", payload["seconds"])
+        if count > 1:
+            self._text.line("  the best ones:" if several else "  the best one:")
         columns = self.maps.beside(len(shown))
         captions = [caption_of(one, payload["candidates"][0], columns) for one in shown]
         self.maps.show_candidates(self._scene, shown, captions)
