@@ -142,7 +142,7 @@ def test_a_run_that_fails_is_a_result(tmp_path):
         ("a line", {"nouns": {"object 77": "mug"}, "scene": "example"}, "object 77", 2),
         ("a line", {"nouns": ["mug"], "scene": "example"}, "nouns cannot be ['mug']", 2),
         ("a line", {"topics": {"sound": "/audio"}, "scene": "example"}, "topics cannot have 'sound'", 2),
-        ("a line", {"world_from_camera": np.ones((4, 4)), "scene": "example"}, "no rigid transform", 2),
+        ("a line", {"world_from_camera": np.ones((4, 4)), "scene": "example"}, "not a rigid transform", 2),
         ("a line", {"world_from_camera": np.eye(3), "scene": "example"}, "of shape (3, 3)", 2),
     ],
 )

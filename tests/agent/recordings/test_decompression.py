@@ -136,10 +136,10 @@ def test_metadata_with_aliases_are_not_used(tmp_path):
         (BILLION, r"line 2 has the alias \*a0"),
         ("a: &a [*a]", r"line 1 has the alias \*a"),
         ("[" * 80 + "]" * 80, "more than 100000 values or 50 levels"),
-        ("{a: " * 8000, "levels|no YAML"),
+        ("{a: " * 8000, "levels|not YAML"),
         ("K: [" + "1," * 49_000 + "1]", None),
         ("# " + "x" * 100_000, "100002 bytes; at most 100000 are read"),
-        ("fx: !!python/object/apply:os.system [ls]", "no YAML"),
+        ("fx: !!python/object/apply:os.system [ls]", "not YAML"),
     ],
 )
 def test_camera_files_that_stand_for_more_than_they_say(tmp_path, text, said):

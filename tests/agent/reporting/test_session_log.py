@@ -140,8 +140,8 @@ def test_addresses_are_shown_without_what_is_secret(address, shown):
 @pytest.mark.parametrize(
     ("number", "line", "parts"),
     [
-        (1, "no JSON", ("no session",)),
-        (1, '{"seconds": 0}', ("no session",)),
+        (1, "no JSON", ("not a session",)),
+        (1, '{"seconds": 0}', ("not a session",)),
         (1, None, ("schema version 99", *map(str, READABLE_VERSIONS))),
         (3, "{", ("line 3", "not JSON")),
         (3, "\xff", ("line 3",)),
@@ -170,7 +170,7 @@ def test_no_file_and_empty_file_are_bad_input(tmp_path):
     with pytest.raises(BadInput, match="nowhere.jsonl.*No such file"):
         read_session(tmp_path / "nowhere.jsonl")
     (tmp_path / "empty.jsonl").write_text("\n")
-    with pytest.raises(BadInput, match="no session"):
+    with pytest.raises(BadInput, match="not a session"):
         read_session(tmp_path / "empty.jsonl")
 
 

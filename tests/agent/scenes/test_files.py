@@ -78,8 +78,8 @@ def problems(tmp_path: Path, *rows: str) -> list[tuple[int, str]]:
         ("version: 1\nobjects:\n- mesh: ycb/mug\n  x: 0\n  y: 0\n  color: #f00\n", 6, ("in quotes",)),
         ("version: 1\nobjects:\n- mesh: ycb/mug\n  x: 0\n  y: 0\n  color: mauve\n", 6, ("'mauve'", "red", "#rrggbb")),
         ("version: 1\nobjects:\n- mug\n", 3, ("'mug'", "mesh, x, y")),
-        ("version: 1\nobjects:\n- mesh: [a\n  b: c: d\n", 4, ("no YAML",)),
-        ("a: \x01\n", 1, ("no YAML", "x01")),
+        ("version: 1\nobjects:\n- mesh: [a\n  b: c: d\n", 4, ("not YAML",)),
+        ("a: \x01\n", 1, ("not YAML", "x01")),
         ("[" * 20_000, 1, ("nested too deeply",)),
     ],
 )

@@ -215,5 +215,5 @@ def test_objects_counted_anew_keep_their_places():
         np.testing.assert_allclose(world.pose(0), at(0.3, 0.3), atol=1e-6)
         assert [cloud.name for cloud in world.observe(np.random.default_rng(0)).objects] == ["lamp", "cup", "block"]
         for wrong in ([0, 1], [0, 0, 1], [1, 2, 3]):
-            with pytest.raises(ValueError, match="no permutation of 3 objects"):
+            with pytest.raises(ValueError, match="not a permutation of 3 objects"):
                 world.reorder(wrong)
