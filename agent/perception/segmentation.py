@@ -107,8 +107,8 @@ def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:
     for x, y, width, height in wide:
         x, y, _ = transform_points(world_from_level, np.array([x, y, 0.0]))
         notes.append(
-            f"left out: what is {width:.2f} m wide and {height:.2f} m high about x {x:.2f}, y {y:.2f} is not an object; "
-            f"objects are at most {WIDEST} m wide"
+            f"left out: what is {width:.2f} m wide and {height:.2f} m high about x {x:.2f}, y {y:.2f} is not an "
+            f"object; objects are at most {WIDEST} m wide"
         )
     return notes
 

@@ -138,8 +138,8 @@ def _by_view(level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
     if side != first:
         note = (
             f"nothing says where the arm is: up is the table's normal, and the arm is taken to stand {side}, where it "
-            f"reaches {counts[side]} of {len(places)} objects; from the camera's side it would reach {counts[first]}; left "
-            "and right are as the arm sees them"
+            f"reaches {counts[side]} of {len(places)} objects; from the camera's side it would reach {counts[first]}; "
+            "left and right are as the arm sees them"
         )
     return Frames(reached[side][0] @ level_from_camera, WORLD_FROM_BASE.copy(), (note,))
 

@@ -44,7 +44,8 @@ def checked_planner(name: str, weights: Path | None, allow_unverified: bool = Fa
         CheckpointError: for a checkpoint that is missing or does not fit.
     """
     check_planner(name, weights, allow_unverified)
-    from structdiffusion.planners.factory import load_planner  # it imports torch, which a chat loads while the user types
+    # it imports torch, which a chat loads while the user types
+    from structdiffusion.planners.factory import load_planner
 
     return load_planner(name, weights)
 

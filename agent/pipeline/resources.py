@@ -52,7 +52,7 @@ class ResourceCache:
             return interpreter
 
     def check_planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> None:
-        """Check a planner and keep its provenance, as `agent.pipeline.candidates.check_planner` does, without loading it."""
+        """Check a planner and keep its provenance, as `agent.pipeline.candidates.check_planner`; do not load it."""
         from agent.pipeline.candidates import check_planner
 
         with self._lock:
@@ -87,7 +87,8 @@ class ResourceCache:
     ) -> None:
         """Load what these options will need, and try the parser once, whose first answer takes longer.
 
-        Whoever needs one of them meanwhile waits for it, and for it alone: a sentence is read before the planner is there.
+        Whoever needs one of them meanwhile waits for it, and for it alone: a sentence is read before the planner is
+        there.
 
         Raises: as the parts do.
         """

@@ -19,7 +19,7 @@ import numpy as np
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
-# Weight and bias of each part of a layer, in the order of `EncoderLayer`, as torch's `TransformerEncoderLayer` has them.
+# Weight and bias of each part of a layer, in the order of `EncoderLayer`, as in torch's `TransformerEncoderLayer`.
 _TORCH_NAMES = (
     ("self_attn.in_proj_weight", "self_attn.in_proj_bias"),
     ("self_attn.out_proj.weight", "self_attn.out_proj.bias"),
@@ -49,7 +49,8 @@ def _linear_algebra() -> ThreadpoolController:
 def one_thread() -> AbstractContextManager[object]:
     """Let numpy multiply matrices in one thread within a `with` block.
 
-    Those of a sentence are too small to share: threads that wait for each other on a busy machine take ten times as long.
+    Those of a sentence are too small to share: threads that wait for each other on a busy machine take ten times as
+    long.
     """
     return _linear_algebra().limit(limits=1, user_api="blas")
 

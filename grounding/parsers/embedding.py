@@ -26,7 +26,8 @@ WEIGHTS = Path(__file__).parents[1] / "weights"
 # A word is evidence if it carries at least this share of what the strongest word carries.
 EVIDENCE_SHARE = 0.3
 # Sentences of about one length that the network reads together. Larger batches have more padding, which costs as much
-# as words: of 128 sentences in batches of 16, a fifth is padding; in the order in which they come, in batches of 32, 43 %.
+# as words: of 128 sentences in batches of 16, a fifth is padding; in the order in which they come, in batches of 32,
+# 43 %.
 BATCH = 16
 _ARTICLES = ("the", "a", "an", "of")
 # No word piece is longer than this; a text beyond is too long, whatever its words.

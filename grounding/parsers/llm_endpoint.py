@@ -54,7 +54,7 @@ class EndpointLLM:
         send_key: whether the server may have the key; not where the address is somebody else's choice.
 
     Raises:
-        LLMError: for an address that is none, or a key that can be none. The server is first asked with the first instruction.
+        LLMError: for an invalid address or key. The server is first contacted with the first instruction.
     """
 
     gives_probabilities = False
@@ -275,8 +275,8 @@ def _meaning(status: int, withheld: str | None) -> str:
         return f"sent the request elsewhere (status {status}), which is not followed"
     if status in (401, 403) and withheld:
         return (
-            f"wants a key (status {status}), and the one in {withheld} is sent only to the host that you name yourself, "
-            "by --llm-url, STRUCTAGENT_LLM_URL or llm_url in your own file"
+            f"wants a key (status {status}), and the one in {withheld} is sent only to the host that you name "
+            "yourself, by --llm-url, STRUCTAGENT_LLM_URL or llm_url in your own file"
         )
     if status in (401, 403):
         return f"wants a valid key (status {status}); set {KEY_VARIABLE}"

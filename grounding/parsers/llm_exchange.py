@@ -131,8 +131,8 @@ def why_not(error: BaseException) -> str:
     while cause is not None:
         if isinstance(cause, ssl.SSLCertVerificationError):
             return (
-                f"has a certificate that is not trusted ({cause.verify_message.rstrip('.')}); if you trust it, name the "
-                "file of its authority's certificate in SSL_CERT_FILE"
+                f"has a certificate that is not trusted ({cause.verify_message.rstrip('.')}); if you trust it, name "
+                "the file of its authority's certificate in SSL_CERT_FILE"
             )
         if isinstance(cause, ssl.SSLError):
             return "does not speak TLS, as an https address asks for"

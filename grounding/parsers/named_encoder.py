@@ -1,7 +1,7 @@
 """Load any sentence encoder that a user names with the sentence-transformers library, for the embedding parser.
 
-The encoder gives the same as `SentenceEncoder`: embeddings of sentences, and states of their word pieces. An encoder without word
-states (a bag of words, a static table) has one state for each text: the embedding of the whole.
+The encoder gives the same as `SentenceEncoder`: embeddings of sentences, and states of their word pieces. An encoder
+without word states (a bag of words, a static table) has one state for each text: the embedding of the whole.
 """
 
 from __future__ import annotations
@@ -95,7 +95,8 @@ class NamedEncoder:
             hidden = self.encode(texts)[:, None]
             return TokenStates(hidden, np.ones((len(texts), 1), dtype=bool), [[(0, len(text))] for text in texts])
         pieces = self._model.tokenizer(
-            texts, padding=True, truncation=True, max_length=self._longest, return_tensors="pt", return_offsets_mapping=True
+            texts, padding=True, truncation=True, max_length=self._longest, return_tensors="pt",
+            return_offsets_mapping=True
         )
         spans = [[(int(first), int(last)) for first, last in row] for row in pieces.pop("offset_mapping")]
         import torch

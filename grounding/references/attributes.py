@@ -116,7 +116,8 @@ UNJUDGED = frozenset(
 
 # What speakers put before a noun without choosing by it.
 EXPLETIVES = frozenset(
-    "damn damned darn bloody silly stupid freaking fricking flipping blasted ruddy wretched poor lonely lovely goddamn effing fancy".split()
+    "damn damned darn bloody silly stupid freaking fricking flipping blasted ruddy wretched poor lonely lovely goddamn "
+    "effing fancy".split()
 )
 
 # Every word that may tell one object from another of its kind.

@@ -1,5 +1,5 @@
-"""Embed the nouns that an unknown noun is compared with; those of the lexicon are stored, because all of them at once take
-as long as the rest of a sentence.
+"""Embed the nouns that an unknown noun is compared with; those of the lexicon are stored, because all of them at once
+take as long as the rest of a sentence.
 
 `python -m grounding.training.noun_embeddings` writes the stored ones anew after a change of the lexicon. A noun that is
 not among them is embedded when it is needed.

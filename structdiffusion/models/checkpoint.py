@@ -142,7 +142,7 @@ def _check_file_sizes(folder: Path) -> None:
 
 
 class _WithoutInitialValues(TorchFunctionMode):
-    """Leave new tensors as they are: for initial values on the meta device torch would import its compiler, for a second."""
+    """Leave new tensors unchanged: for initial values on the meta device torch would import its compiler (1 s)."""
 
     def __torch_function__(self, func: Any, types: Any, args: tuple[Any, ...] = (), kwargs: Any = None) -> Any:
         kwargs = kwargs or {}
