@@ -69,6 +69,8 @@ def test_what_is_laid_out_for_a_key_passes_every_check(key, shape, library, buil
         ]
         assert len(checks) > len(check_structure(bodies, StructureSpec(shape), Table()))
         assert all(check.passed for check in checks), (keys, [check for check in checks if not check.passed])
+        if made == 12:
+            break
     assert made >= 8
 
 
