@@ -253,6 +253,8 @@ def _postposed(chunks: list[Chunk]) -> list[Chunk]:
 def _ordering(before: list[Chunk]) -> bool:
     """Return whether what was said before has an order: only then "the tallest on the left" is one, and no object."""
     last = next((chunk for chunk in reversed(before) if chunk.kind not in ("noise", "comma")), None)
+    if before and before[-1].kind == "comma" and last is not None and last.kind == "verb" and last.value in ("line", "stack"):
+        return True  # "I want the cans lined up, shortest on the left"
     if last is None or last.kind in ("verb", "then", "stop", "relation"):
         return (
             last is not None and last.kind == "stop" and any(chunk.kind in ("order", "order end") for chunk in before)

@@ -16,6 +16,7 @@ from grounding.goal_reading.members import with_members
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.phrase_lists import PhraseLists
 from grounding.goal_reading.shared_frames import shared
+from grounding.references.phrases import ANY
 
 _JOINTS = ("and", "comma", "or")
 _BOUNDARIES = ("stop", "then", "followed by")
@@ -197,6 +198,8 @@ class Framer:
         frame, chunk = self._frame, self.chunks[at]
         phrases, end = self.lists.read(at, self._frame)
         joint = self._pending
+        if self._counts(phrases):  # "..., all three in a row"
+            phrases = [NounPhrase("pronoun", phrases[0].first, phrases[0].end, "all of them")]
         if self._heading(phrases, end):
             return end
         if self._copies is not None and phrases[0].kind in ("objects", "rest"):
@@ -211,6 +214,8 @@ class Framer:
             frame.objects += phrases
         elif frame.objects and joint is None and phrases[0].superlative and not frame.predicates:
             self.residue.append(chunk)
+        elif frame.objects and self._members_of(frame, phrases):
+            frame.objects += phrases
         elif frame.objects and self._said_of(frame):
             if self._added(frame, end):
                 frame.objects += phrases
@@ -229,6 +234,19 @@ class Framer:
         self._extend(chunk)
         self._frame.end = self.chunks[end - 1].end
         return end
+
+    def _counts(self, phrases: list[NounPhrase]) -> bool:
+        """Return whether a phrase only counts the objects that were named: "all three", "all five of them"."""
+        said = phrases[0].mention
+        named = any(frame.objects for frame in (*self.frames, self._frame))
+        bare = said is not None and said.noun == ANY and not said.modifiers and (said.count or 0) > 1
+        return named and len(phrases) == 1 and bare and phrases[0].text.lower().startswith("all ")
+
+    def _members_of(self, frame: Frame, phrases: list[NounPhrase]) -> bool:
+        """Return whether adjectives after a colon list the group before them: "cups from left to right: red, blue"."""
+        keys = all(each.kind in ("shape", "verb shape", "direction", "listed", "side by side", "stacked") for each in frame.predicates)
+        group = len(frame.objects) == 1 and frame.objects[0].many and frame.objects[0].kind == "objects"
+        return self._pending == "comma" and keys and group and len(phrases) > 1 and all(one.borrowed for one in phrases)
 
     def _one_of(self, at: int) -> int:
         """Read the objects of one of "two towers": "one with the cans and one with the cups"."""
@@ -336,6 +354,8 @@ class Framer:
                 reference = reference[:2]
         elif chunk.kind in ("relation", "apart", "either side") and end < len(self.chunks) and self._structure_named(end):
             reference, end = [self._structure(end)], end + 1
+        elif chunk.kind == "relation" and (whole := self._new_structure(end)) is not None:
+            reference, end = [whole[0]], whole[1]
         elif (
             chunk.kind == "relation"
             and chunk.value == "in"
@@ -427,6 +447,20 @@ class Framer:
         self._frame.objects, end = self.lists.read(at + 2, self._frame)
         self._extend(chunk)
         return end
+
+    def _new_structure(self, at: int) -> tuple[NounPhrase, int] | None:
+        """Read a structure that something stands by: "the duck in front of a row made of the blocks"."""
+        chunks = self.chunks
+        if at + 1 >= len(chunks) or chunks[at].kind != "shape" or chunks[at].value.definite or chunks[at].value.linked:
+            return None
+        if chunks[at].value.count > 1 or chunks[at + 1].kind != "noun phrase" or chunks[at + 1].first == chunks[at].end:
+            return None
+        frame = Frame(sentence=self._sentence, first=chunks[at].first)
+        frame.predicates = [Predicate("shape", chunks[at].value, chunks[at].said, chunks[at].first, chunks[at].end)]
+        frame.objects, end = self.lists.read(at + 1, frame)
+        frame.end = chunks[end - 1].end
+        self.frames.append(frame)
+        return self._structure(at), end
 
     def _structure_named(self, at: int) -> bool:
         chunk = self.chunks[at]

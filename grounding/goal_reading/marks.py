@@ -23,7 +23,7 @@ _EXCEPT = re.compile(
 )
 _NO = re.compile(r"(?:, )?(?:but |and )?(?:no|not any)(?= )")
 _SAME = re.compile(
-    r"(?:(?:and )?(?:do|repeat|then) )?(?:exactly |just )?(?:(?:the )?same(?: thing| again)?|likewise|similarly|ditto|in the same way|the same way)"
+    r"(?:(?:and )?(?:do|repeat|then) )?(?:exactly |just )?(?:(?:the )?same(?: thing| again)?|likewise|similarly|ditto|so (?:should|shall|must|does|do|is|are|will|would|can|goes)|in the same way|the same way)"
     r"(?: (?:with|for|to|goes for|applies to))?(?= (?:[,.;!:]|the|my|all|both|and|on|at|in|back|front|left|right|top|bottom|far|near|behind)\b| [,.;!:]|$)"
     r"(?! the (?:same|table)\b)|(?:and )?so (?:should|do|does|must|can|is|are|goes|go|will)(?= (?:the|my|all|both)\b)"
 )

@@ -52,7 +52,7 @@ METRIC_PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any] | None], .
         None,
     ),
     ("gap", rf"{_LEAD}{_SPACE} (?:of |is |are |being |: |= )?LEN{_BETWEEN}?", None),
-    ("gap", rf"{_LEAD}LEN{_FREE} {_SPACE}{_BETWEEN}?", None),
+    ("gap", rf"{_LEAD}LEN{_FREE} {_SPACE}(?:{_BETWEEN}| (?:between|in between){_END}| in (?:each|either) case)?", None),
     ("gap", rf"{_LEAD}LEN{_FREE}{_BETWEEN}", None),
     ("gap", rf"{_LEAD}LEN{_FREE} (?:between|in between){_END}", None),
     ("gap", r"(?:(?:equally|evenly) )?(?:spaced|separated|spacing|with spacing)(?: by| at| of)? LEN", None),
@@ -83,6 +83,7 @@ METRIC_PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any] | None], .
         rf"(?:by )?LEN (?:, )?(?:further |farther |more )?(?:toward|closer to|nearer to|closer|nearer|near to|in the direction of)(?: (?:{_ME}|the front|the near edge|the front edge))?(?! to)(?! the)",
         lambda m: "closer",
     ),
+    ("move", r"(?:by )?LEN (?:this way|my way|in my direction|over here)", lambda m: "closer"),
     ("move", rf"(?:closer|nearer|toward)(?: to)?(?: (?:{_ME}|the front))? (?:, )?(?:by )?LEN", lambda m: "closer"),
     (
         "move",
@@ -99,6 +100,6 @@ METRIC_PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any] | None], .
     # distances of relations
     ("apart", r"LEN (?:away |off )?from", lambda m: "next to"),
     ("apart", r"(?:at )?(?:a )?(?:distance of )?LEN (?:away )?from|(?:at )?a distance of LEN from", lambda m: "next to"),
-    ("away", rf"(?:by |with |at |and |leaving |keeping )*(?:a )?(?:{_SPACE} of )?LEN (?:away|off|gap|distance|of distance|of space)(?! from)", None),
+    ("away", rf"(?:by |with |at |and |leaving |keeping )*(?:a )?(?:{_SPACE} of )?LEN (?:away|off|gap|distance|of distance|of space)(?: in (?:each|either) case)?(?! from)", None),
     ("away", rf"(?:(?:by|with|at|leaving|keeping) )(?:a )?(?:{_SPACE} of )?LEN(?! from)", None),
 )  # fmt: skip

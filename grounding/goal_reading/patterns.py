@@ -72,13 +72,18 @@ def _order_growing(match: re.Match[str]) -> dict[str, Any] | None:
         return None
     start = {
         "left": "right", "right": "left", "front": "far", "back": "near", "top": "bottom", "bottom": "top", "base": "top",
-        "leftmost": "right", "rightmost": "left",
+        "leftmost": "right", "rightmost": "left", "higher": "bottom",
     }[match.group("side")]  # fmt: skip
     return {"by": said[0], "direction": "ascending" if said[1] > 0 else "descending", "from": start}
 
 
+def _order_pair(match: re.Match[str]) -> dict[str, Any] | None:
+    order = _order_range(match)
+    return order and order | {"from": _STARTS[match.group("side")]}
+
+
 def _order_along(match: re.Match[str]) -> dict[str, Any]:
-    growing = match.group("way") in ("increasing", "rising", "growing", "going up", "go up", "increase", "rise")
+    growing = match.group("way") in ("increasing", "rising", "growing", "going up", "go up", "increase", "rise", "goes up", "increases", "rises", "grows")
     ends = {"left": "right", "right": "left"}
     start = match.group("side") if match.group("other") else ends[match.group("side")]
     return {"by": _KEYS[match.group("key")], "direction": "ascending" if growing else "descending", "from": start}
@@ -116,7 +121,7 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
         rf"(?:in order )?(?:sorted |ordered |ranked |arranged |going )?(?:from )?(?:the )?(?P<first>{_DEGREE})(?: one| object| first)? (?:to|up to|down to|through to|through) (?:the )?(?P<second>{_DEGREE})(?: one| object| last)?(?! of)",
         _order_range,
     ),
-    ("order end", rf"(?:with |and |having |where |keeping |starting |beginning |so that |such that |so |ending |finishing |then |it |they |should |step |stepping |down |up |to |going |go |from |all )*(?:the )?(?P<most>{_MOST}){_END_PLACE}", _order_end),
+    ("order end", rf"(?:with |and |having |where |keeping |starting |beginning |so that |such that |so |ending |finishing |then |it |they |should |step |stepping |down |up |to |going |go |from |through |all )*(?:the )?(?P<most>{_MOST}){_END_PLACE}", _order_end),
     ("order end", rf"(?:with |and |having |where |keeping |so that |so )*(?:the )?(?P<most>{_MORE})(?= (?:ones|objects|things)){_END_PLACE}", _order_end),
     (
         "order end",
@@ -126,13 +131,28 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("order", r"(?:by|according to) how (?P<more>tall|high|big|large|wide|thick) (?:they|the objects|these|those|it|each|each one|every one) (?:are|is)", lambda m: {"by": _BY[m.group("more")][0]}),
     (
         "order",
-        rf"(?:(?:with|so that|so|in which|where|the|their|its) )*(?P<key>{_KEY}) (?P<way>increasing|rising|growing|decreasing|falling|going up|going down|go up|go down|increase|decrease|rise|fall|drop|shrinking) (?:toward|to|from) (?:the )?(?P<side>left|right)(?: to (?:the )?(?P<other>left|right))?",
+        rf"(?:(?:with|so that|so|in which|where|the|their|its) )*(?P<key>{_KEY}) (?P<way>increasing|increases|rising|rises|growing|grows|decreasing|decreases|goes up|goes down|falls|drops|falling|going up|going down|go up|go down|increase|decrease|rise|fall|drop|shrinking) (?:toward|to|from) (?:the )?(?P<side>left|right)(?: to (?:the )?(?P<other>left|right))?",
         _order_along,
     ),
     (
         "order",
         r"(?:(?:so that|so|and|they|it|should|all|gradually|them|each|steadily) )*(?:getting|growing|becoming|get|grow|gets) (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower) (?:(?:toward|to|as|you|they|it|we|go|goes|move|moves|get|further|going|moving|on|the) )+(?P<side>leftmost|rightmost|left|right|front|base|back|top|bottom)",
         _order_growing,
+    ),
+    (
+        "order",
+        r"the (?:further|farther|more) (?:(?:to|toward|you|go|they|are|it|is) )*(?:the )?(?P<side>left|right|back|front)(?: (?:you|they|it|we|go|goes|get|are|is))*(?: ,)? the (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower)(?: (?:they|it) (?:get|gets|are|is))?",
+        _order_growing,
+    ),
+    (
+        "order",
+        r"the (?P<side>higher)(?: up)?(?: (?:you|they|it|we|go|goes|get|are|is))*(?: ,)? the (?P<more>taller|bigger|larger|smaller|shorter|wider|narrower)(?: (?:they|it) (?:get|gets|are|is))?",
+        _order_growing,
+    ),
+    (
+        "order",
+        rf"(?:the )?(?P<first>{_DEGREE}) (?:ones|things|objects|stuff|items) (?:(?:go|to|on|at|toward|the) )+(?P<side>left|right|front|back)(?: side| end)?(?:(?: ,| and| the| with))* (?P<second>{_DEGREE}) (?:ones|things|objects|stuff|items) (?:(?:go|to|on|at|toward|the) )+(?:left|right|front|back)(?: side| end)?",
+        _order_pair,
     ),
     ("direction", r"(?:going|running|reading|moving|heading|proceeding|continuing) (?:(?:to|toward) (?:the )?)?right(?:ward|wards)?(?! to)", lambda m: "left"),
     ("direction", r"(?:going|running|reading|moving|heading|proceeding|continuing) (?:(?:to|toward) (?:the )?)?left(?:ward|wards)?(?! to)", lambda m: "right"),
@@ -153,6 +173,11 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ("grid", rf"(?:in |into |as |of |with )*{_N} columns? (?:of|with) {_M}(?: rows?)?(?: each)?", lambda m: (number_of(m.group("m")), number_of(m.group("n")))),
     ("grid", rf"(?:in |into |as |of |with |having |that has )*{_N} (?:even |equal |straight |neat )?rows (?:and|by|x|,) {_M} columns", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
     ("grid", rf"(?:in |into |as |of |with |having |that has )*{_N} columns (?:and|by|x|,) {_M} rows", lambda m: (number_of(m.group("m")), number_of(m.group("n")))),
+    ("grid", rf"(?:in )?{_M} (?:across|wide) (?:and|by|x|,) {_N} (?:deep|down|high|back)", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
+    ("grid", rf"(?:in )?{_N} (?:deep|down) (?:and|by|x|,) {_M} (?:across|wide)", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
+    ("grid", rf"(?:in |into |as |of |with )*{_N} (?:even |equal |straight |neat )?rows? (?:of|with) {_M} (?:objects|things|items|pieces|ones) each", lambda m: (number_of(m.group("n")), number_of(m.group("m")))),
+    ("grid", rf"(?:in |into |as |of |with )*{_N} columns? (?:of|with) {_M} (?:objects|things|items|pieces|ones) each", lambda m: (number_of(m.group("m")), number_of(m.group("n")))),
+    ("columns", rf"(?:in |into |with )*(?:rows of|{_N} (?:per|in each|in every|to a|to each) row)(?(n)| (?P<k>\d+|two|three|four|five|six))", lambda m: number_of(m.group("n") or m.group("k"))),
     ("rows", rf"(?:in |into |as |of |with |having |a )*{_N} (?:even |equal |straight |neat |parallel )?rows?", lambda m: number_of(m.group("n"))),
     ("columns", rf"(?:in |into |as |of |with |having |a )*{_N} (?:even |equal |straight |neat |parallel )?columns?", lambda m: number_of(m.group("n"))),
     # groups

@@ -57,9 +57,13 @@ class PhraseLists:
                 and self.bare_phrase(joint + 1)
             ):
                 joint, listed = joint + 1, True
-            if joint == at or joint >= len(chunks) or chunks[joint].kind != "noun phrase":
+            if joint >= len(chunks) or chunks[joint].kind != "noun phrase":
                 break
             after = joint + 1
+            if joint == at and not self._asyndetic(joint, frame, phrases, reference):
+                break
+            if joint > at and chunks[joint].value.kind == "pronoun" and not chunks[joint].value.many and frame.has("shape"):
+                break  # "a row of the cups, and it should be long"
             # "next to the bowl and the spoon behind it": what comes next is said of other objects.
             if reference and self.opens_frame(after):
                 break
@@ -74,6 +78,19 @@ class PhraseLists:
             exceptions, at = self.exceptions(at + 1, frame)
             phrases[-1] = replace(phrases[-1], without=(*phrases[-1].without, *exceptions))
         return phrases, at
+
+    def _asyndetic(self, at: int, frame: Frame, phrases: list[NounPhrase], reference: bool) -> bool:
+        """Return whether a phrase right after another one is listed with it: "a row of the cup the can the bowl"."""
+        phrase = self.chunks[at].value
+        alike = all(one.kind == "objects" and not one.superlative for one in (phrases[-1], phrase))
+        shaped = frame.has("shape", "verb shape", "grid", "side by side", "stacked", "listed")
+        if reference or not alike or not shaped or phrases[-1].end != phrase.first or phrase.borrowed:
+            return False
+        return not self.opens_frame(at + 1) or not self.predicate_of_relation(at + 1)
+
+    def predicate_of_relation(self, at: int) -> bool:
+        """Return whether a relation to other objects stands here."""
+        return at < len(self.chunks) and self.chunks[at].kind in ("relation", "apart", "relation it", "shape")
 
     def exceptions(self, at: int, frame: Frame) -> tuple[list[NounPhrase], int]:
         """Read what is left out: "without the drill and the clamp"."""

@@ -72,7 +72,7 @@ _CORNER = re.compile(
     rf"(?:right |all the way |over |somewhere )?(?:in|into|to|at|on|toward|near) (?:one of the corners|(?:the|a|one|any|some|that|this) (?:far away )?corner){_OF_TABLE}"
 )
 _ALONG = re.compile(
-    r"(?:(?:right|all|straight|just|flush) )*(?:along|against|hugging|flush with|following|follow|follows|hug|hugs|alongside|parallel to|close along|up against|down|tight against|across|by|next to|beside|on|at)"
+    r"(?:(?:right|all|straight|just|flush) )*(?:along|against|hugging|flush with|following|follow|follows|hug|hugs|alongside|lining|skirting|parallel to|close along|up against|down|tight against|across|by|next to|beside|on|at)"
     r" (?P<det>the |my |your )?(?:very |whole |entire |table's )?(?P<side>front|near|nearest|closest|close|bottom|lower|back|rear|far|farthest|furthest|top|upper|left|right|opposite|other)?"
     rf"(?: hand)?(?: most)?(?: (?P<edge>edge|side|rim|border|end|margin))?{_OF_TABLE}(?: of the table)?(?! of\b)"
 )
@@ -180,6 +180,7 @@ def edge_at(said: Words, at: int) -> tuple[str, int] | None:
     if side is None:
         return None
     weak = any(word in match[0].group().split()[:2] for word in ("by", "next", "beside", "on", "at", "down", "across"))
-    if weak or (edge is None and first not in ("along", "hugging", "all")):
+    long = edge in ("edge", "rim", "border", "margin") and any(word in ("down", "across") for word in match[0].group().split()[:2])
+    if (weak and not long) or (edge is None and first not in ("along", "hugging", "all")):
         return None
     return _EDGES[side], match[1]

@@ -13,7 +13,7 @@ from grounding.goal_reading.verb_words import VERBS
 from grounding.structure_words import STRUCTURES
 
 _LINK = re.compile(
-    r"(?:(?:so that|so|such that|until|and|which|that|to) (?:they|it|these|those|you|we)?(?: all)? ?(?:form|forms|make|makes|build|builds|become|get|are in|is in|end up in|create|have|has)(?= (?:a|an|one|the)\b)"
+    r"(?:(?:so that|so|such that|until|and(?! (?:make|build|form|create) )|which|that|to) (?:they|it|these|those|you|we)?(?: all)? ?(?:form|forms|make|makes|build|builds|become|get|are in|is in|end up in|create|have|has)(?= (?:a|an|one|the)\b)"
     r"|to (?:form|make|build|create|become)|forming|making|creating|building|shaped like|in the (?:form|shape) of|in the shape|into the (?:form|shape) of|as|into|in to|in|like|(?:along|on|onto|at|for|as|in|forming|tracing|trace|to trace|following|outlining) (?:the )?(?:outline|(?:\w+ )?corners|vertices|sides|perimeter|circumference|rim|shape|contour|border) of|along(?= (?:a|an|one|two)\b)|out as|up into|up in|up as|out in|out into|of)(?= )"
 )
 _SHAPE_DETERMINER = re.compile(r"(?:a (?:second|third|further|different|separate)|the|a|an|one|this|that|another|some|my|two|three|another|single)(?= )")
@@ -161,6 +161,8 @@ class ShapeReader:
             "shape",
             "size",
         )
+        if word == "plus" and end == place + 1 and self.phrases.at(end) is not None:
+            return False  # "the red blocks plus the orange block"
         if word in VERBS and last is not None and last.kind not in ("verb", "correction"):
             return following in ("of", "on", "in", "at") and opening
         if word in VERBS or word == "line":
