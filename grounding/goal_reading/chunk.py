@@ -30,6 +30,8 @@ class Chunk:
 class Shape:
     """A shape and what stands with its noun: size, rotation, rows and columns; `definite` for "the row".
 
+    `count` is 0 for several of which the number is not said: "in piles".
+
     `measured` is what the length in the chunk says of it: "length of" in "a 40 cm long row", "radius", "diameter" or "wide".
     """
 

@@ -114,7 +114,7 @@ class Composer:
         for frame in self.frames[at + 1 :]:
             if not is_member(frame, shape) or not frame.predicates and not frame.objects:
                 break
-            said = [self.objects.among(part.objects, phrase) for phrase in frame.objects]
+            said = [self._member(part, phrase) for phrase in frame.objects]
             if any(len(one) != 1 for one in said):
                 break
             spot = spot_of(frame.predicates[0], shape) if frame.predicates else None
@@ -122,8 +122,24 @@ class Composer:
             count += 1
         if not any(spot for _, spot in members):
             return 0
+        if self._any_of(part) and len(members) == len(part.objects):
+            part.objects = tuple(one for one, _ in members)  # "three blocks: the red one at the bottom, ..."
         self._ordered(part, shape, members, self.frames[at + 1])
         return count
+
+    def _any_of(self, part: Draft) -> bool:
+        """Return whether a structure is of any objects of a number: "stack three blocks"."""
+        phrases = part.frame.objects
+        said = phrases[0].mention if len(phrases) == 1 else None
+        return said is not None and said.exact and not said.definite and not said.modifiers and self.find.objects is not None
+
+    def _member(self, part: Draft, phrase: NounPhrase) -> tuple[Any, ...]:
+        """Find which object of a structure a phrase means."""
+        if not self._any_of(part):
+            return self.objects.among(part.objects, phrase)
+        kinds = replace(part.frame.objects[0], mention=replace(part.frame.objects[0].mention, count=None))
+        found = self.objects.among(self.find.fitting(kinds), phrase)
+        return found[:1] if phrase.text.lower().startswith(("a ", "an ")) else found
 
     def _ordered(self, part: Draft, shape: str, members: list[tuple[Any, str | None]], frame: Frame) -> None:
         """Order a structure by the places of its members."""
@@ -229,6 +245,8 @@ class Composer:
         number = self.known.structure
         if frame.objects and frame.objects[0].kind == "structure":
             number = self.objects.structure_of(frame.objects[0])
+        if (again := self._again(frame)) is not None:
+            number, pronoun = again, True
         bare = not frame.objects and not frame.verb and frame.predicates
         if not (pronoun or bare) or number is None or not frame.predicates or frame.verb in ("swap", "surround"):
             return False
@@ -237,6 +255,18 @@ class Composer:
         for each in numbers[:-1]:
             self._more(each, frame)
         return self._more(number, frame)
+
+    def _again(self, frame: Frame) -> int | None:
+        """Return the structure whose objects a frame names again, to say more of it: "the cups should be 5 cm apart"."""
+        named = all(one.kind == "objects" for one in frame.objects) and bool(frame.objects)
+        shaped = frame.has("shape", "verb shape", "grid", "stacked", "side by side", "group")
+        if not named or shaped or frame.verb or not self.parts or self.find.objects is None or self.find.catalogue:
+            return None
+        if any(one.borrowed or not one.many for one in frame.objects):
+            return None
+        objects = {one for phrase in frame.objects for one in self.find.fitting(phrase)}
+        same = [i for i, part in enumerate(self.parts) if part.values is not None and set(part.objects or ()) == objects]
+        return same[0] if same and self.parts[same[0]].values.get("shape") is not None else None
 
     def _more(self, number: int, frame: Frame) -> bool:
         part = self.parts[number]

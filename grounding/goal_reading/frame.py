@@ -12,7 +12,7 @@ PREDICATES = frozenset((
     "shape", "place", "along", "rotation", "relation", "order", "order end", "direction", "listed", "gap", "radius", "diameter",
     "length of", "grid", "rows", "columns", "group", "move", "move?", "relation?", "size", "together", "side by side", "stacked",
     "beside each other", "around", "inner", "away", "relation it", "wide", "table setting", "apart", "length", "another",
-    "either side", "same distance", "one side",
+    "either side", "same distance", "one side", "groups", "each alone", "rank",
 ))  # fmt: skip
 
 # Those that say how objects stand to others.

@@ -162,6 +162,10 @@ class FrameObjects:
 
     def structure_of(self, phrase: NounPhrase) -> int:
         """Return the number of the structure that a phrase such as "the row" means."""
+        if phrase.text.startswith("#"):
+            structures = [i for i, draft in enumerate(self.drafts) if draft.values is not None]
+            if int(phrase.text[1:]) < len(structures):
+                return structures[int(phrase.text[1:])]
         for number in range(len(self.drafts) - 1, -1, -1):
             values = self.drafts[number].values
             if values is not None and values.get("shape") == phrase.text:

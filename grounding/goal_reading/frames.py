@@ -391,7 +391,8 @@ class Framer:
             and self.lists.begins(end)
         ):
             chunk = replace(chunk, kind="shape", value=Shape("line", count=chunk.value))
-        if chunk.kind == "shape" and chunk.value.count > 1 and chunk.value.count == len(frame.objects):
+        several = chunk.kind == "shape" and len(frame.objects) > 1 and not frame.has("group")
+        if several and chunk.value.count in (0, len(frame.objects)):
             return self._one_for_each(at)
         if chunk.kind == "shape" and chunk.value.count > 1 and not frame.objects and self._copies is None:
             self._copies = (chunk, chunk.value.count)

@@ -87,7 +87,7 @@ NOISE_PHRASES = (
     "be so kind as to", "be so kind to", "would you be so kind as to", "would you be so kind to", "be kind enough to", "i was thinking", "i was thinking that",
     "i was hoping", "i was hoping you could", "would you be able to", "are you able to", "be a dear and", "be an angel and", "it would be nice if", "it would be nice to have", "i'd be happy if",
     "i'd be glad if", "i would be grateful if you could", "i'd appreciate it if you could", "i'd appreciate it if you", "i would appreciate it if you could", "made of", "made up of", "made from", "made out of",
-    "consisting of", "out of", "composed of", "built from", "built out of", "built of", "using", "with just", "with only", "only the", "to be", "if you please", "will you", "would you", "won't you",
+    "formed by", "made by", "built by", "be formed by", "created by", "be made by", "composed by", "consisting of", "out of", "composed of", "built from", "built out of", "built of", "using", "with just", "with only", "only the", "to be", "if you please", "will you", "would you", "won't you",
     "on top of that", "in addition", "in addition to that", "for starters", "before that", "so that", "such that", "in such a way that", "and that's it",
     "that's it", "that's all", "that is all", "nothing else",
     "should be", "should go", "has to be", "have to be", "needs to be", "need to be", "must be", "ought to be", "is to be",

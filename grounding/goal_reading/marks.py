@@ -6,6 +6,8 @@ import re
 
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.ellipsis import OPPOSITES
+from grounding.goal_reading.goal_words import SHAPE_NOUNS
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.tokens import Words
 
@@ -50,6 +52,10 @@ _OF_ITS_OWN = frozenset("go goes should must can could is are stay stays belong 
 _AGAIN = re.compile(
     r"(?:(?:in|into|as|to form) )?(?P<word>one|another(?: one)?|a (?:second|third)(?: one)?|the (?:other|second)(?: one)?) (?P<link>of|from|with|out of|made of|made from|made out of|using|for)(?= )"
 )
+_ANOTHER = re.compile(r"another(?: one)?(?= [.,;!]|$| and| on| at| in| to| near| along)")
+_RANK = re.compile(r"(?:(?:comes|goes|is|being|stands|placed|put) )*(?P<rank>first|last)(?= [.,;!]|$| and)")
+_ORDINAL = re.compile(r"the (?P<which>first|second|third|former|latter)(?: one| (?P<noun>[a-z]+))?(?= (?:goes|go|belongs|is|should|must|on|at|in|to|comes|being|near|behind|left|right)\b)")
+_WHICH = {"first": 0, "former": 0, "second": 1, "latter": 1, "third": 2}
 _SAME_LENGTH = re.compile(r"(?:(?:at|by|with|and|the|exactly|just|also) )*(?:same|that) (?:distance|gap|spacing|amount)(?: away)?|equally far(?: away)?|just as far(?: away)?")
 
 
@@ -84,6 +90,15 @@ def marks_at(said: Words, place: int, before: list[Chunk], phrases: NounPhraseRe
         found.append(Chunk("followed by" if "followed by" in match[0].group() else "then", True, place, match[1]))
     if (match := said.match(_AGAIN, place)) and _again(match[0], said, match[1], before, phrases):
         found.append(Chunk("another", True, place, match[1]))
+    if before and before[-1].kind == "noun phrase":
+        shaped = any(one.kind == "shape" for one in before)
+        if shaped and (match := said.match(_ANOTHER, place)):
+            found.append(Chunk("another", True, place, match[1]))
+        if _in_line(before) and (match := said.match(_RANK, place)):
+            found.append(Chunk("rank", match[0].group("rank"), place, match[1]))
+    if (match := said.match(_ORDINAL, place)) and _of_structures(match[0], before):
+        phrase = NounPhrase("structure", place, match[1], f"#{_WHICH[match[0].group('which')]}")
+        found.append(Chunk("noun phrase", phrase, place, match[1]))
     if (match := said.match(_SAME_LENGTH, place)) and (lengths := [one.metres for one in before if one.metres is not None]):
         found.append(Chunk("same distance", True, place, match[1], lengths[-1]))
     if (match := said.match(_STAYS, place)) and before and (match[0].group() != "there" or _leaves(before)):
@@ -115,6 +130,24 @@ def _leaves_out(phrases: NounPhraseReader, end: int, before: list[Chunk]) -> boo
     if phrase is None or phrase.kind != "objects" or phrase.mention.definite or not phrase.many:
         return False
     return any(chunk.kind == "noun phrase" and chunk.value.many for chunk in before)
+
+
+def _in_line(before: list[Chunk]) -> bool:
+    """Return whether objects stand one after another, so that one of them can be the first."""
+    return any(
+        (one.kind == "shape" and one.value.name in ("line", "arc", "tower"))
+        or (one.kind == "verb" and one.value in ("line", "stack"))
+        for one in before
+    )
+
+
+def _of_structures(match: re.Match[str], before: list[Chunk]) -> bool:
+    """Return whether "the first" can mean one of several structures."""
+    noun = match.group("noun")
+    structures = sum(one.value.count or 2 for one in before if one.kind == "shape") + sum(
+        one.kind == "another" or (one.kind == "verb" and one.value in ("line", "stack", "cluster")) for one in before
+    )
+    return structures > 1 and (noun is None or noun in SHAPE_NOUNS)
 
 
 def _again(match: re.Match[str], said: Words, end: int, before: list[Chunk], phrases: NounPhraseReader) -> bool:

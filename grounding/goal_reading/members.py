@@ -11,13 +11,15 @@ from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goals.parts import Order
 
 ORDERED = ("line", "arc", "tower")
-_AXES = (("left", "right"), ("near", "far"), ("bottom", "top"))
+_AXES = (("left", "right"), ("near", "far"), ("bottom", "top"), ("first", "last"))
 _OTHER = {one: other for pair in _AXES for one, other in (pair, pair[::-1])}
 
 
 def spot_of(predicate: Predicate, shape: str) -> str | None:
     """Return where in a structure something stands: an end, "middle", or `None`."""
     value = predicate.value
+    if predicate.kind == "rank":
+        return str(value)
     if predicate.kind == "inner" or (predicate.kind == "relation" and value == "between"):
         return "middle"
     if predicate.kind == "relation it" and value == "on":
@@ -58,6 +60,7 @@ def ordered(objects: Sequence[Any], shape: str, members: Sequence[tuple[Any, str
     if len({one for one, _ in members}) < len(members) or axis is None or (not spots and len(objects) != 3):
         return None
     start = axis[0] if spots or shape != "tower" else "bottom"
+    start = None if start == "first" else start
     count = len(objects)
     places: dict[int, Any] = {}
     index = {axis[0]: 0, axis[1]: count - 1, "middle": (count - 1) // 2 if count % 2 else None}
@@ -161,12 +164,14 @@ def _first(frames: Sequence[Frame], at: int, found: Sequence[Frame]) -> int | No
 
 
 def _apart(frame: Frame) -> list[Frame] | None:
-    """Divide "stack the can and the cup, can at the bottom": the can is named again to say where it stands."""
-    shape = _shape(frame)
-    if shape is None or len(frame.objects) < 3 or not frame.predicates:
+    """Divide "stack the can and the cup, can at the bottom", and "stack the cans, the red one at the bottom"."""
+    shape, phrases = _shape(frame), frame.objects
+    if shape is None or len(phrases) < 2 or not frame.predicates:
         return None
-    named = [(one.mention.noun, one.mention.modifiers) if one.mention is not None else None for one in frame.objects]
-    again = next((i for i in range(2, len(named)) if named[i] is not None and _repeats(frame.objects[i], frame.objects[:i])), None)
+    again = next((i for i in range(2, len(phrases)) if _repeats(phrases[i], phrases[:i])), None)
+    group = phrases[0].kind == "objects" and phrases[0].many
+    if again is None and group and all(one.borrowed and not one.many for one in phrases[1:]):
+        again = 1
     if again is None:
         return None
     spots = [each for each in frame.predicates if each.first >= frame.objects[-1].end and spot_of(each, shape) is not None]

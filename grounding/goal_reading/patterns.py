@@ -196,6 +196,15 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
         r"(?:in|into|with|as|to) (?:a |one )?(?:separate |different )?(?:piles?|clusters?|groups?|heaps?|clumps?) (?:per|for each|for every|by|of each|of the same|each of one) (?P<by>colour|kind|type|sort)|(?:one|a) (?:pile|cluster|group) (?:per|for each|for every|of each) (?P<by2>colour|kind|type|sort)",
         lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind",
     ),
+    (
+        "group",
+        r"(?:(?:in|into|with|make|build|form) )*(?:a |one |its |their )*(?:own |separate |different )?(?:piles?|clusters?|groups?|heaps?|clumps?|bunch(?:es)?) (?:per|for each|for every|of each|of every|by) (?:single )?(?P<by>colour|kind|type|sort)(?: of (?:object|thing|item)s?)?"
+        r"|(?:each|every) (?P<by2>colour|kind|type|sort)(?: of (?:object|thing|item))? (?:(?:gets|has|goes|forms|should|be|have|form|get|is|belongs|in|into|to|on) )*(?:a |one |its |their )*(?:own |separate )?(?:pile|cluster|group|heap|clump|bunch)"
+        r"|by what (?P<by3>they are|it is)|(?:by|in) what (?P<by4>colour) (?:they are|it is)|things of (?:a|one|the same) (?P<by5>kind|colour|type)(?: together)?",
+        lambda m: "colour" if "colour" in m.groups() else "kind",
+    ),
+    ("groups", r"(?:in|into|as) (?:separate |different |neat |little |small |tidy )*(?:piles|clusters|groups|heaps|clumps|bunches)(?= [.,;:!]|$| by| according| with| so)", lambda m: True),
+    ("each alone", r"(?:all )?(?:separately|separate from each other|each (?:on|by) (?:its|their) own|each in (?:its|their) own [a-z]+|each separately|one [a-z]+ each)(?= [.,;!]|$| and)", lambda m: True),
     ("group", r"(?:by|in) (?P<by>colour|kind|type) groups?|(?P<by2>colour|kind|type) by (?:colour|kind|type)", lambda m: "colour" if (m.group("by") or m.group("by2")) == "colour" else "kind"),
     # relations
     ("either side", r"(?:one |1 )?(?:(?:on|at|to) (?:either|each|both)(?: of the)? (?:side|sides|end|ends)(?: of)?|flanking|(?:to|on) the left and (?:to |on )?(?:the )?right (?:side )?of)", lambda m: True),

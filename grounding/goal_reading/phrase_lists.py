@@ -67,7 +67,7 @@ class PhraseLists:
             # "next to the bowl and the spoon behind it": what comes next is said of other objects.
             if reference and self.opens_frame(after):
                 break
-            if frame.has("verb shape", "shape") and not reference and self._too(after):
+            if (reference or frame.has("verb shape", "shape")) and self._too(after):
                 break  # "stack the red ones, and the blue ones too": another tower
             if frame.has("shape") and after < len(chunks) and chunks[after].kind == "shape" and not reference:
                 break

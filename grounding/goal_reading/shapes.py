@@ -86,6 +86,8 @@ class ShapeReader:
         if noun is None:
             return []
         shape, end = noun
+        if count == 1 and linked and not determiner and self._plural(at, end):
+            count = 0  # "in separate towers"
         if count > 1 and said.word(end - 1) in ("rows", "columns"):
             return []
         if linked and linked[0].group() == "of" and not (before and before[-1].kind in ("noise", "shape")):
@@ -104,6 +106,9 @@ class ShapeReader:
             return kind, at + 2
         noun = self._noun_at(at + 1)
         return ("length of", at + 1) if noun is not None and noun[0] == "line" else None
+
+    def _plural(self, at: int, end: int) -> bool:
+        return " ".join(self.said.words[at:end]) not in SHAPE_NOUNS
 
     def _adjective_of_shape(self, at: int) -> bool:
         for each in range(at + 1, at + 5):
@@ -161,6 +166,8 @@ class ShapeReader:
             "shape",
             "size",
         )
+        if last is not None and last.kind == "comma" and last.said.strip() in (":", ">", "=") and following in (*"., ;!", ""):
+            return True  # "cups: circle"
         if word == "plus" and end == place + 1 and self.phrases.at(end) is not None:
             return False  # "the red blocks plus the orange block"
         if word in VERBS and last is not None and last.kind not in ("verb", "correction"):

@@ -25,6 +25,7 @@ def shared(frames: Sequence[Frame]) -> list[Frame]:
         frames: of one instruction; some are changed.
     """
     found = _one_reference(list(frames))
+    found = [part for frame in found for part in _separate(frame)]
     return _either_side(_respective(found))
 
 
@@ -106,6 +107,17 @@ def _distributed(group: list[Frame]) -> list[Frame] | None:
         )
         for number, phrase in enumerate(first.objects)
     ]
+
+
+# "Line up the cups and the cans separately"
+
+
+def _separate(frame: Frame) -> list[Frame]:
+    alone = frame.has("each alone") and len(frame.objects) > 1
+    if not alone or not frame.has("shape", "verb shape"):
+        return [frame]
+    predicates = [each for each in frame.predicates if each.kind != "each alone"]
+    return [replace(frame, objects=[phrase], predicates=list(predicates)) for phrase in frame.objects]
 
 
 # "... with one ball on either side, the blue one on the left and the red one on the right"

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
+from grounding.goal_reading.members import spot_of
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion
 from grounding.goals.parts import KEYS, Order
 from grounding.parse_result import Question, shortened
@@ -92,12 +93,12 @@ class StructureKeys:
         values[key] = value
 
     def _shape(self, frame: Frame, values: dict[str, Any]) -> None:
-        named = frame.get("shape")
+        named = [each for each in frame.get("shape") if each.value.count != 0 or not frame.has("group")]
         for each in named:
             self._set(values, "shape", each.value.name)
             self._set(values, "size", each.value.size)
             self._set(values, "rotation", each.value.rotation)
-            if each.value.count > 1 and not (values["shape"] == "cluster" and frame.has("group")):
+            if each.value.count != 1 and not (values["shape"] == "cluster" and frame.has("group")):
                 raise ReadingError(f"{each.said!r} in {shortened(self.text)!r}: say which objects form each of them")
             if each.value.measured is not None and each.metres is not None:
                 self._key(replace(each, kind=each.value.measured, value=True), values, frame)
@@ -164,6 +165,9 @@ class StructureKeys:
                     f"{each.said!r} in {shortened(self.text)!r}: a structure can be laid around one object"
                 )
             self._set(values, "around", around)
+        elif kind in ("groups", "each alone"):
+            if not frame.has("group"):
+                raise ReadingError(f"{each.said!r} in {shortened(self.text)!r}: say which objects form each of them")
         elif kind == "one side":
             raise ReadingQuestion(
                 Question("side", f"which side is meant with {each.said!r} in {shortened(self.text)!r}?", ("left", "right"))
@@ -227,7 +231,7 @@ class StructureKeys:
         shape = values["shape"] or shape
         for each in (*frame.get("order"), *frame.get("order end")):
             self._merge(order, each)
-        starts = frame.get("direction")
+        starts = frame.get("direction") or self._first_place(frame, values, shape)
         listed = frame.listed or bool(frame.get("listed")) or (bool(starts) and len(frame.objects) > 1 and not order)
         if order and "by" not in order:
             raise ReadingQuestion(
@@ -248,6 +252,17 @@ class StructureKeys:
         if starts:
             order["from"] = starts[0].value if order.get("from") is None else order["from"]
         values["order"] = Order(order["by"], order.get("direction"), order.get("from"))
+
+    def _first_place(self, frame: Frame, values: dict[str, Any], shape: str | None) -> list[Predicate]:
+        """Read the place of the first of a sequence as its start: "on the left the can, then the cup, then the jar"."""
+        if not frame.listed or len(frame.objects) < 2 or shape not in ("line", "arc", "tower"):
+            return []
+        first = [each for each in frame.get("place") if each.end == frame.objects[0].first]
+        start = spot_of(first[0], shape) if first else None
+        if start is None or start == "middle":
+            return []
+        values["x_position" if first[0].value.x_position is not None else "y_position"] = None
+        return [replace(first[0], kind="direction", value=start)]
 
     def _merge(self, order: dict[str, Any], each: Predicate) -> None:
         said = dict(each.value)
