@@ -17,7 +17,7 @@ from tests.grounding.goal_reading.test_reader import SCENES, interpreter  # noqa
         ("stack the cups, upended", "upended"),
         ("put the cups in a circle, cans elsewhere", "elsewhere"),
         ("a row of cups no closer than the cans", "the cans"),
-        ("cups: circle; cans: pillar", "circle"),
+        ("cups: circle; cans: spiral", "spiral"),
         ("a circle of cups, except when red", "except"),
         ("cups in a row, red blue yellow white", "yellow"),
         ("put the cups in a circle, twice as big as before", "twice"),
