@@ -198,6 +198,8 @@ class Chunker:
         kind = _JOINTS.get(self.said.word(place))
         if self.said.words[place : place + 3] == ("as", "well", "as"):
             return [Chunk("and", True, place, place + 3)]
+        if kind == "and" and self.said.word(place + 1) == "also":
+            return [Chunk("and", True, place, place + 2)]
         if kind == "and" and self.said.word(place + 1) == "then":
             return [Chunk("then", True, place, place + 2)]
         return [Chunk(kind, True, place, place + 1)] if kind else []

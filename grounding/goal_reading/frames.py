@@ -127,7 +127,7 @@ class Framer:
 
     def _verb(self, at: int) -> int:
         chunk, frame = self.chunks[at], self._frame
-        participle = chunk.said.lower().split()[0].endswith("ed") or chunk.said.lower() == "put"
+        participle = chunk.said.lower().split()[0].endswith("ed") or (chunk.said.lower() == "put" and not frame.predicates)
         if frame.objects and self._pending is None and (participle or not (frame.verb or frame.predicates)):
             return self._take_verb(at)
         if frame.verb == "place" and participle and frame.objects and not frame.predicates and self._pending is None:
