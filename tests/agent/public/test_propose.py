@@ -216,7 +216,7 @@ def test_doubt_about_the_object_is_a_question(clouds):
         (1, {"shape": "circle"}, ("1 of 1 objects (object 1)", "a circle takes 3 to 12")),
         (2, {"shape": "circle"}, ("2 of 2 objects", "a circle takes 3 to 12")),
         (1, {"shape": "line"}, ("a line takes 2 to 12",)),
-        (1, "put it on the left", ("a structure takes 2 to 12",)),
+        (1, "put everything on the left", ("a structure takes 2 to 12",)),
         (13, {"shape": "line"}, ("13 of 13 objects", "the model 'geometric' takes 12 at most")),
     ],
 )
@@ -356,7 +356,6 @@ def test_models_are_loaded_once(clouds, monkeypatch):
         raise AssertionError("a model was loaded twice")
 
     monkeypatch.setattr(factory, "load_planner", loaded_again)
-    monkeypatch.setattr("agent.pipeline.candidates.load_planner", loaded_again)
     structagent.propose(clouds, "put everything in a circle", count=2, keep_invalid=True)
     with engine.computing() as one, engine.computing() as other:
         assert one is other
