@@ -110,7 +110,7 @@ PATTERN_WORDS = (
         "swap swapped wait sorry actually instead oops scratch correction mean neither nor except without but not no never "
         "side hand half third part area region zone section end wall letter word heart bridge house zigzag diagonal diagonally "
         "star spiral angle degrees upside facing pointing opening open inside within under beneath below above over underneath "
-        "halfway midway distance len center middle left right front back rear near far top bottom north south east west"
+        "either clearance neighbours neighbors neighbouring separately flanking likewise another halfway midway distance len center middle left right front back rear near far top bottom north south east west"
     )
     | frozenset(word for noun in SHAPE_NOUNS for word in noun.split() if noun not in _VAGUE and " " not in noun)
 )
