@@ -132,3 +132,16 @@ def unknown_subjects(chunks: Sequence[Chunk]) -> tuple[str, ...]:
         if word and before in ("stop", "and", "comma", "then") and after in ("place", "relation", "along", "beside each other"):
             found.append(chunk.said)
     return tuple(found)
+
+
+def alternatives(chunks: Sequence[Chunk]) -> tuple[Chunk, Chunk] | None:
+    """Return the objects between which an instruction leaves the choice, "the hammer or the drill"; `None` for none."""
+    denied = False
+    for before, chunk, after in zip(chunks, chunks[1:], chunks[2:], strict=False):
+        if before.kind in ("stop", "then"):
+            denied = False
+        denied = denied or before.kind in ("negated", "except", "not") or (before.kind, before.value) == ("verb", "leave")
+        both = before.kind == after.kind == "noun phrase" and known([before.value]) and known([after.value])
+        if chunk.kind == "or" and both and not denied:
+            return before, after
+    return None

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from grounding.goal_reading.beyond import asks_beyond, known, unknown_subjects
+from grounding.goal_reading.beyond import alternatives, asks_beyond, known, unknown_subjects
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.chunks import Chunker
 from grounding.goal_reading.clauses import Clauses
@@ -25,7 +25,7 @@ from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, fluent, joined, split, with_lengths
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
-from grounding.parse_result import Question, shortened
+from grounding.parse_result import OBJECT, Question, shortened
 from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
@@ -141,6 +141,13 @@ class GoalReader:
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
             conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
         )
+        if (choice := alternatives(chunks)) is not None:
+            words = f"{choice[0].said} or {choice[1].said}"
+            fitting = () if there is None or catalogue else (i for one in choice for i in find.fitting(one.value))
+            options = tuple(dict.fromkeys(there[i].name for i in fitting)) or tuple(one.said for one in choice)
+            question = Question(OBJECT, f"{words!r} in {shortened(text)!r}: which of them is meant?", options)
+            rest = tuple(words for words in reading.residue if words.lower() != "either")
+            return replace(reading, question=question, beyond=True, residue=rest)
         try:
             goal = composer.goal()
             names = None if there is None else [each.name for each in there]

@@ -136,3 +136,10 @@ def test_numbers_of_objects_count_the_one_without_a_number(interpreter):  # noqa
 def test_what_objects_cannot_do_and_relations_that_are_not_known(interpreter, text, scene, words):  # noqa: F811
     found = interpreter.interpret(text, SCENES[scene])
     assert found.status == "refused" and words in found.message
+
+
+def test_a_choice_between_objects_is_asked_for(interpreter):  # noqa: F811
+    found = interpreter.interpret("put either the hammer or the drill on the left", SCENES["workshop"])
+    assert found.status == "ask" and found.question.options == ("hammer", "drill")
+    left = interpreter.interpret("put the box on the left without touching the hammer or the drill", SCENES["workshop"])
+    assert left.status == "ok" and left.goal.parts[0].objects == (5,)
