@@ -17,7 +17,8 @@ _TIME = r"(?:seconds?|minutes?|mins?|secs?|hours?|days?|weeks?|months?|years?)"
 _CONDITION = re.compile(
     r"(?<!as )(?:but |and |or )?(?:only |just |even )?(?:if(?! (?:you|possible|i|we|it's possible|necessary|needed|need be|so)\b)|unless|(?:until|till)(?! (?:they|it|you|there|that|the)\b)|whenever|provided(?: that)?|providing(?: that)?"
     r"|as long as|so long as|on condition that|assuming(?: that)?|as soon as|the moment(?= (?:i|you|he|she|the|my)\b)|each time|every time)(?= )"
-    r"|(?:only )?when(?= (?:i|he|she|they|it|it's|the|my|our|someone|somebody|everyone|all)\b)"
+    r"|only when|when(?= (?:(?:i|someone|he|she) (?:clap|claps|say|says|tell|tells|snap|snaps|whistle|whistles|press|give|gives|wave|nod|signal)"
+    r"|(?:the \w+|it|they) (?:is|are|rings?|starts?|stops?|beeps?))\b)"
     r"|once(?= (?:i|he|she|my|our|someone|somebody|everyone)\b)"
 )
 _TIMES = re.compile(
@@ -60,6 +61,8 @@ def _counts(chunks: Sequence[Chunk], number: int, narrated: Sequence[bool]) -> b
         for before, one in zip([chunk, *run], run, strict=False)
     )
     alone = timed and len([one for one in run if one.kind != "noise"]) == 1
+    first = next((one.kind for one in run if one.kind not in ("noise", "and")), "")
+    asks = asks and (not timed or first in ("verb", "condition", "shape"))  # "my aunt comes tomorrow and I want ..."
     return (asks or alone) and not (timed and narrated[chunk.first])
 
 

@@ -132,7 +132,7 @@ class GoalReader:
         frames = framer.read()
         composer = Composer(text, frames, find)
         known_there = None if catalogue else there
-        held = never_held(chunks)
+        held = never_held(chunks) if known_there is not None else ()
         reading = GoalReading(
             residue=(*(chunk.said for chunk in framer.residue), *held),
             beyond=asks_beyond(chunks, frames),
