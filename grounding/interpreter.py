@@ -208,8 +208,8 @@ class Interpreter:
         self.viewpoint = viewpoint
         self._make_parser, self._make_fallback = parser, fallback
         self._encoder = encoder
-        grammar = GoalReader(encoder, viewpoint == "opposite")
-        self._reader = grammar if goal_reader is None else goal_reader(grammar)
+        self._grammar = GoalReader(encoder, viewpoint == "opposite")
+        self._reader = self._grammar if goal_reader is None else goal_reader(self._grammar)
         self._parser: Parser | None = None
         self._substitute: Parser | None = None
         self.fallback = ""
@@ -239,6 +239,19 @@ class Interpreter:
         from grounding.dialogue.revise import revise
 
         return revise(last, text, self, self.viewpoint, stands)
+
+    def continued(
+        self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None], about: int | None = None
+    ) -> GoalReading:
+        """Read a sentence that continues a goal: what it adds, or says anew, is in the goal that is read.
+
+        Args:
+            goal: as spoken; its objects are indices.
+            text: any string.
+            objects: what is there.
+            about: the part of the goal that is spoken of, where that is known.
+        """
+        return self._grammar.read(text, objects, before=goal, about=about)
 
     @property
     def parser(self) -> Parser:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import replace
 
-from grounding.dialogue.goal_changes import added, numbered, objects_of, renumbered, with_part
+from grounding.dialogue.goal_changes import added, numbered, objects_of, with_part
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, new_goal
 from grounding.goals.goal import Goal
@@ -89,50 +88,19 @@ def _placed_twice(turn: Turn, new: Goal) -> tuple[int, int] | None:
 
 
 def _read_after(turn: Turn, rest: str) -> Goal | None:
-    """Read a sentence whose "it" or "the circle" is a part of the last goal: behind a sentence that asks for that part.
+    """Read a sentence whose "it" or "the circle" is a part of the last goal.
 
     Returns:
         The last goal with the parts that the sentence adds; `None` where it cannot be read so.
     """
     for number in _antecedents(turn, rest):
-        said = _sentence(turn.last, number, turn.said.names)
-        if said is None:
-            continue
-        read = turn.reader.read(f"{said}, then {rest}")
-        if read.status != "ok" or len(read.goal.parts) < 2 or not _same(turn, read.goal, number):
-            continue
-        place = {0: number} | {n: len(turn.last.parts) - 1 + n for n in range(1, len(read.goal.parts))}
-        try:
-            return Goal((*turn.last.parts, *(renumbered(part, place) for part in read.goal.parts[1:])))
-        except GoalError:
-            continue
+        goal = turn.reader.continued(turn.last, rest, number)
+        if goal is not None and len(goal.parts) > len(turn.last.parts) and goal.parts[: len(turn.last.parts)] == turn.last.parts:
+            return goal
     return None
 
 
 def _antecedents(turn: Turn, rest: str) -> list[int]:
-    """Return the parts that "it" may be, the likeliest first: the one that is named, otherwise the last ones."""
+    """Return the parts that "it" may be, the likeliest first: the one that is named, otherwise the last one."""
     named = [n for one in GoalText(rest, turn.last, turn.said.objects).parts for n in one.numbers]
-    return named or list(reversed(range(len(turn.last.parts))))
-
-
-def _same(turn: Turn, goal: Goal, number: int) -> bool:
-    """Return whether the first part of a goal has the kind and the objects of a part of the last goal."""
-    mine, read = turn.last.parts[number], goal.parts[0]
-    return type(read) is type(mine) and set(objects_of(goal, read.objects)) == set(objects_of(turn.last, mine.objects))
-
-
-def _sentence(goal: Goal, number: int, names: Sequence[str]) -> str | None:
-    """Return an instruction that asks for a part, as far as "it" needs to know; `None` where it cannot be said so."""
-    part = goal.parts[number]
-
-    def said(indices: Sequence[int]) -> str:
-        listed_names = [f"the {names[index]}" for index in indices]
-        return " and ".join(filter(None, (", ".join(listed_names[:-1]), listed_names[-1])))
-
-    own = objects_of(goal, part.objects)
-    if not own:
-        return None
-    if isinstance(part, StructurePart):
-        return None if part.shape is None else f"put {said(own)} in a {part.shape}"
-    reference = objects_of(goal, part.reference)
-    return f"put {said(own)} {part.relation} {said(reference)}" if reference else None
+    return named or [len(turn.last.parts) - 1]

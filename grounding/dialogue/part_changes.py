@@ -19,6 +19,12 @@ from grounding.goals.parts import GoalError, RelationPart
 from grounding.parse_result import OPEN, Question
 from grounding.spec import SpecError
 
+# What stands around a correction and says nothing of a part.
+_MARKERS = re.compile(
+    r"^(?:(?:please|now|but|and|no|nope|actually|instead|sorry|wait|then|ok|okay|rather|make it|make that|i meant?|i said)\b[ ,]*)+"
+    r"|[ ,]+(?:instead|please|now|rather|then|after all)$"
+)
+
 
 def edited(turn: Turn) -> GoalRevision | None:
     """Return the goal with the change of the part that the sentence speaks of; `None` where it changes none."""
@@ -92,6 +98,29 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
 
 def _change_of(turn: Turn, number: int, said: GoalText) -> tuple[Goal, str, Question | None] | None:
     """Return the goal with a change of one part, what must be said, and what must be asked."""
+    try:
+        change = _by_rules(turn, number, said)
+    except (CannotApplyError, SpecError):
+        if (goal := _continued(turn, number, said)) is not None:
+            return goal, "", None
+        raise
+    if change is None or change[2] is not None:
+        goal = _continued(turn, number, said)
+        return change if goal is None else (goal, "", None)
+    return change
+
+
+def _continued(turn: Turn, number: int, said: GoalText) -> Goal | None:
+    """Read what a sentence says of one part as if it went on from the goal; `None` where it says nothing of that part."""
+    words = _MARKERS.sub("", said.said)
+    goal = turn.reader.continued(turn.last, words, number) if words else None
+    if goal is None or len(goal.parts) != len(turn.last.parts):
+        return None
+    changed = [n for n, part in enumerate(goal.parts) if part != turn.last.parts[n]]
+    return goal if changed == [number] else None
+
+
+def _by_rules(turn: Turn, number: int, said: GoalText) -> tuple[Goal, str, Question | None] | None:
     part = turn.last.parts[number]
     if isinstance(part, RelationPart):
         changed = relation_change(part, number, said, turn.built)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from grounding.dialogue.revise import Revision
+from grounding.goal_reading.reader import GoalReading
 from grounding.goals.goal import Goal
 from grounding.parse_result import Parse, Question
 from grounding.references.attributes import SceneObject
@@ -21,6 +22,10 @@ class _Interpreter(Protocol):
     def interpret(self, text: str, objects: Sequence[SceneObject | str | None] | None = None) -> Any: ...
 
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision: ...
+
+    def continued(
+        self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None], about: int | None = None
+    ) -> GoalReading: ...
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,9 @@ class GoalReader(Protocol):
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
         """Revise one structure; see `grounding.dialogue.revise.revise`."""
 
+    def continued(self, goal: Goal, text: str, about: int | None = None) -> Goal | None:
+        """Read a sentence that adds to a goal, or says something else of its parts; `None` where it is not understood."""
+
 
 class SceneReader:
     """Reads instructions about the objects of one scene.
@@ -74,3 +82,8 @@ class SceneReader:
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
         """Revise one structure; see `grounding.dialogue.revise.revise`."""
         return self._interpreter.revise(last, text, stands)
+
+    def continued(self, goal: Goal, text: str, about: int | None = None) -> Goal | None:
+        """Read a sentence that adds to a goal, or says something else of its parts; `None` where it is not understood."""
+        read = self._interpreter.continued(goal, text, self._objects, about)
+        return read.goal if read.complete else None

@@ -8,7 +8,8 @@ from typing import Any
 
 from grounding.goal_reading.frame import Frame
 from grounding.goal_reading.noun_phrase import NounPhrase
-from grounding.goals.parts import PartReference
+from grounding.goals.goal import Goal
+from grounding.goals.parts import PartReference, StructurePart
 
 
 @dataclass
@@ -97,3 +98,24 @@ class Antecedents:
         )
         named = [objects for objects, _ in mentioned[-2:] if isinstance(objects, tuple)]
         return several or (tuple(one for objects in named for one in objects) if len(named) > 1 else None)
+
+
+def antecedents_of(goal: Goal, about: int | None = None) -> Antecedents:
+    """Return what "it" and "them" can mean after a goal.
+
+    Args:
+        goal: that was asked for.
+        about: the part that is spoken of, where that is known.
+    """
+    found = Antecedents()
+    order = [n for n in range(len(goal.parts)) if n != about] + ([about] if about is not None else [])
+    for number in order:
+        part = goal.parts[number]
+        second = part.around if isinstance(part, StructurePart) else part.reference
+        for objects in (part.objects, second):
+            if isinstance(objects, (tuple, PartReference)):
+                found.mentioned.append((objects, isinstance(objects, tuple) and len(objects) > 1))
+        structure = isinstance(part, StructurePart)
+        found.structure = number if structure else None
+        found.last = part.objects if isinstance(part.objects, tuple) else None
+    return found

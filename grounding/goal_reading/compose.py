@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from grounding.goal_reading.antecedents import Antecedents
+from grounding.goal_reading.antecedents import antecedents_of
 from grounding.goal_reading.denials import is_replaced, stated
-from grounding.goal_reading.drafts import Draft, made_part
+from grounding.goal_reading.drafts import Draft, draft_of, made_part
 from grounding.goal_reading.ellipsis import completed
 from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.frame_objects import FrameObjects
@@ -20,6 +20,8 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, PartReference, RelationPart
 from grounding.parse_result import Question, shortened
 
+NOTHING = Goal()
+
 
 class Composer:
     """The composition of one goal.
@@ -28,12 +30,22 @@ class Composer:
         text: the instruction.
         frames: of the instruction.
         references: finds the objects that noun phrases mean.
+        before: what was asked for before: the instruction adds to it, or says something else of it.
+        about: the part of it that "it" is, where that is known.
     """
 
-    def __init__(self, text: str, frames: list[Frame], references: SceneReferences) -> None:
+    def __init__(
+        self,
+        text: str,
+        frames: list[Frame],
+        references: SceneReferences,
+        before: Goal = NOTHING,
+        about: int | None = None,
+    ) -> None:
         self.text, self.frames, self.find = text, frames, references
-        self.parts: list[Draft] = []
-        self.known = Antecedents()
+        self.parts: list[Draft] = [draft_of(part) for part in before.parts]
+        self.known = antecedents_of(before, about)
+        self._given = len(before.parts)  # parts whose keys may be said anew
         self.unread: list[str] = []
         self.notes: list[str] = []
         self.unused: list[NounPhrase] = []  # that are named, and of which nothing is said
@@ -277,7 +289,7 @@ class Composer:
         for key, value in more.items():
             if value is None or key == "shape" and value == part.values.get("shape"):
                 continue
-            if part.values.get(key) is not None and part.values[key] != value:
+            if number >= self._given and part.values.get(key) is not None and part.values[key] != value:
                 raise ReadingError(
                     f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {part.values[key]} and {value}"
                 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from grounding.goal_reading.frame import Frame
@@ -30,6 +30,14 @@ class Draft:
     values: dict[str, Any] | None = None  # of a structure
     relation: RelationPart | None = None
     objects: tuple[Any, ...] | None = None
+
+
+def draft_of(part: Part) -> Draft:
+    """Make a draft of a part that was asked for before, so that more can be said of it."""
+    if isinstance(part, RelationPart):
+        return Draft(Frame(), relation=part)
+    values = {each.name: getattr(part, each.name) for each in fields(part) if each.name != "objects"}
+    return Draft(Frame(), values, objects=part.objects)  # type: ignore[arg-type]
 
 
 def made_part(

@@ -10,7 +10,7 @@ from grounding.goal_reading.beyond import alternatives, asks_beyond, known, unkn
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.chunks import Chunker
 from grounding.goal_reading.clauses import Clauses
-from grounding.goal_reading.compose import Composer
+from grounding.goal_reading.compose import NOTHING, Composer
 from grounding.goal_reading.conditions import without_idle_conditions
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
@@ -105,7 +105,12 @@ class GoalReader:
         self._encoder, self._opposite = encoder, opposite
 
     def read(
-        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
+        self,
+        text: str,
+        objects: Sequence[SceneObject | str | None] | None = None,
+        catalogue: bool = False,
+        before: Goal = NOTHING,
+        about: int | None = None,
     ) -> GoalReading:
         """Read an instruction; directions are the speaker's.
 
@@ -113,6 +118,8 @@ class GoalReader:
             text: any string.
             objects: what is there; `None` where it is not known.
             catalogue: whether they are a library that a scene can be drawn from.
+            before: a goal that the instruction continues: the goal that is read then begins with its parts.
+            about: the part of that goal which is spoken of, where that is known.
         """
         if len(text) > MOST_CHARACTERS:
             return GoalReading(
@@ -130,7 +137,8 @@ class GoalReader:
         find = SceneReferences(there, self._encoder, catalogue, self._opposite)
         framer = Framer(chunks, find.ambiguous)
         frames = framer.read()
-        composer = Composer(text, frames, find)
+        find.remember(before.named_objects())
+        composer = Composer(text, frames, find, before, about)
         known_there = None if catalogue else there
         held = never_held(chunks) if known_there is not None else ()
         reading = GoalReading(

@@ -59,6 +59,14 @@ class SceneReferences:
         self._named: set[int] = set()  # objects that were meant before, for "the other one"
         self._found: dict[tuple[int, int, str, str], tuple[int, ...]] = {}
 
+    def remember(self, named: Sequence[object]) -> None:
+        """Keep objects that were named before the instruction, for "the other one" and "the blue one"."""
+        for index in named:
+            if isinstance(index, int) and self.candidates is not None and self.candidates.head(index):
+                noun = Mention(self.candidates.head(index), (), 1, False, "target", True, False, (), None, (0, 0))
+                self._nouns.append(NounPhrase("objects", 0, 0, self.candidates.names[index], noun))
+                self._named.add(index)
+
     @property
     def count(self) -> int | None:
         """Return how many objects are there; `None` where no scene is known."""

@@ -118,6 +118,10 @@ class Candidates:
         color = attributes.colors[0] if attributes is not None and attributes.colors else ""
         return name if not color or color in self._read[index].words else f"{name} ({color})"
 
+    def head(self, index: int) -> str:
+        """Return the noun of an object's name; empty where it has none."""
+        return self._read[index].head
+
     def holds(self, index: int) -> bool:
         """Tell whether something can be put into an object, as far as its name says."""
         return self._read[index].head in VESSELS
