@@ -70,6 +70,8 @@ def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
             if not targets or piece.left_over(_spans(piece), _FILLERS):
                 return None
             kept |= set(targets)
+            if keep["only"] or keep["also"]:
+                goal = _restricted(piece, goal, targets)
             if keep["only"] or keep["also"] or _ONLY_BEHIND.search(clause):
                 gone |= set(range(len(goal.parts))) - kept
                 any_drop = True
@@ -78,6 +80,17 @@ def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
             f"nothing is dropped; say “only …” to drop all others. The goal is: {listed(text.goal, text.names)}"
         )
     return (goal, frozenset(gone - kept)) if any_drop else None
+
+
+def _restricted(text: GoalText, goal: Goal, targets: Collection[int]) -> Goal:
+    """Return a goal in which parts have only those of their objects that a sentence names: "only the red one"."""
+    meant = {index for said in text.mentions for index in said.indices}
+    for number in targets if meant and not text.parts else ():
+        own = objects_of(goal, goal.parts[number].objects)
+        some = tuple(index for index in own if index in meant)
+        if some and len(some) < len(own):
+            goal = Goal((*goal.parts[:number], _with(goal.parts[number], some), *goal.parts[number + 1 :]))
+    return goal
 
 
 def _drops(clause: str) -> bool:
@@ -155,6 +168,9 @@ def fewer_parts(turn: Turn, goal: Goal, gone: frozenset[int]) -> GoalRevision:
         notes.append(f"{', '.join(numbered(turn.last, n, names) for n in also)} spoke of it, and is dropped too")
     if not fewer.parts:
         return nothing_left(turn)
+    if fewer == turn.last:
+        message = f"nothing else was asked for; the goal is: {listed(turn.last, names)}"
+        return GoalRevision(turn.last, "unchanged", message=message)
     changed = tuple(n for n, part in enumerate(fewer.parts) if part not in turn.last.parts)
     changed = tuple(n for n in changed if not all_gone or _other(turn, fewer, n))
     return GoalRevision(fewer, "ok", "edit", "; ".join(notes), changed, tuple(all_gone))

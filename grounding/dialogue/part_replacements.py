@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from grounding.dialogue.goal_changes import added, numbered, objects_of, with_part, without_parts
+from contextlib import suppress
+
+from grounding.dialogue.goal_changes import added, exchanged, numbered, objects_of, with_part, without_parts
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
+from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.scene_reader import SpokenReading
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, PartReference, RelationPart, StructurePart
-from grounding.parse_result import Question
+from grounding.parse_result import OBJECT, Question
+
+_EXCHANGING = FILLERS - frozenset("also so then on in by with from up out over".split())
 
 
 def replaced(turn: Turn, read: SpokenReading) -> GoalRevision | None:
@@ -44,6 +49,27 @@ def which_is_replaced(turn: Turn, read: SpokenReading) -> GoalRevision:
     options, choices = [*options, "all of it"], [*choices, read.goal]
     question = Question(PART, f"which part should it replace: {'; '.join(options)}?", tuple(options))
     return GoalRevision(turn.last, "ask", "edit", question.text, question=question, choices=tuple(choices))
+
+
+def which_object_goes(turn: Turn) -> GoalRevision | None:
+    """Ask in place of which object another one is meant: "no, the banana"; `None` where the sentence says something else."""
+    named = [one for one in turn.said.mentions if len(one.indices) == 1]
+    if len(named) != 1 or len(turn.said.mentions) != 1 or turn.said.left_over([named[0].span], _EXCHANGING):
+        return None
+    comes = named[0].indices[0]
+    goes = [one for one in turn.last.named_objects() if isinstance(one, int)]
+    if comes in goes:
+        return None
+    options, choices = [], list[Goal | str]()
+    for index in goes:
+        with suppress(GoalError):
+            choices.append(Goal(tuple(exchanged(part, {index: comes}) for part in turn.last.parts)))
+            options.append(turn.said.names[index])
+    if not options:
+        return None
+    text = f"in place of which object should {turn.said.names[comes]} be used: {'; '.join(options)}?"
+    question = Question(OBJECT, text, tuple(options))
+    return GoalRevision(turn.last, "ask", "edit", text, question=question, choices=tuple(choices))
 
 
 def _ends(part: StructurePart | RelationPart) -> tuple[object, ...]:

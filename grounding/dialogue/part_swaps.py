@@ -14,7 +14,7 @@ from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart
 
 _SWAP = re.compile(
     r"\b(?:swap|switch|exchange|trade|interchange)(?: (?:the|their|these|those|two|both|of|them|it))*"
-    r"(?: (?:sides|places|positions|parts|structures|around|round|over))*\b|\bthe other way (?:a)?round\b"
+    r"(?: (?:sides|places|positions|parts|structures|around|round|over))*\b|\b(?:the )?other way (?:a)?round\b|\bvice versa\b"
 )
 _FOR_ANOTHER = re.compile(r"\b(?:for|with|by|into)\b")
 
@@ -41,8 +41,14 @@ def swapped(text: GoalText) -> Goal | None:
     placed = [
         n for n in numbers if getattr(goal.parts[n], "x_position", None) or getattr(goal.parts[n], "y_position", None)
     ]
+    if len(numbers) == 1 and getattr(goal.parts[numbers[0]], "order", None) is not None:
+        return None  # the order is turned round
+    if (turned := _sides_exchanged(goal, numbers)) is not None:
+        return turned
     if len(numbers) == 2 and len(placed) == 2:
         one, other = numbers
+        if _place(goal.parts[one]) == _place(goal.parts[other]):
+            raise CannotApplyError(f"both are at the same place; the goal is: {listed(goal, text.names)}")
         return Goal(tuple(
             _with_place(part, goal.parts[other if n == one else one]) if n in (one, other) else part
             for n, part in enumerate(goal.parts)
@@ -75,6 +81,23 @@ def _turned_over(goal: Goal, number: int, part: RelationPart) -> Goal:
     return Goal(
         (*goal.parts[:number], replace(part, objects=part.reference, reference=part.objects), *goal.parts[number + 1 :])
     )
+
+
+def _sides_exchanged(goal: Goal, numbers: tuple[int, ...]) -> Goal | None:
+    """Exchange the opposite sides of one reference on which two objects go; `None` where they are on no such sides."""
+    if len(numbers) != 2:
+        return None
+    one, other = (goal.parts[number] for number in numbers)
+    if not (isinstance(one, RelationPart) and isinstance(other, RelationPart)) or one.reference != other.reference:
+        return None
+    if one.relation not in DIRECTIONAL or other.relation not in DIRECTIONAL or one.relation == other.relation:
+        return None
+    instead = {numbers[0]: replace(one, relation=other.relation), numbers[1]: replace(other, relation=one.relation)}
+    return Goal(tuple(instead.get(number, part) for number, part in enumerate(goal.parts)))
+
+
+def _place(part: Part) -> tuple[object, object]:
+    return getattr(part, "x_position", None), getattr(part, "y_position", None)
 
 
 def _with_place(part: Part, other: Part) -> Part:

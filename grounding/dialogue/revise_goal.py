@@ -16,7 +16,7 @@ from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged
 from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
 from grounding.dialogue.part_lengths import CannotApplyError
-from grounding.dialogue.part_replacements import replaced, which_is_replaced
+from grounding.dialogue.part_replacements import replaced, which_is_replaced, which_object_goes
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
 from grounding.dialogue.scene_reader import GoalReader, SpokenReading
@@ -25,6 +25,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
+from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
@@ -34,6 +35,10 @@ _ALONE_INSTEAD = re.compile(
 )
 _OF_WHAT_IS_THERE = re.compile(
     r"\b(?:it|its|them|they|their|that|this one|that one|other side|other way|opposite|swap sides|back)\b"
+)
+_BESIDE_IT = re.compile(
+    r"\b(?:behind|in front of|(?:left|right) of|next to|beside|near|on|on top of|in|inside|around|between) "
+    r"(?:it|them|that|these|those|the (?:line|row|circle|ring|tower|stack|pile|table setting|setting))\b(?! with\b)"
 )
 _OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
@@ -85,13 +90,28 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
     read = _read_whole(turn, text)
     if read.goal.parts and read.goal.plain_spec is None:
         return anew(turn, read)
+    whole_sentence = plain.kind == "new" or not last.parts
+    instructs = whole_sentence and bool(turn.said.mentions or _orders(turn))
+    if instructs and read.status == "ok" and read.goal.parts and not _same_plain(turn, plain, read):
+        return anew(turn, read)
     # What the reader of goals says of it is in none of the words of the parser of five slots.
     own_words = plain.status == "refused" and read.message != read.parse.message
-    whole_sentence = plain.kind == "new" or not last.parts
     counts = (whole_sentence and (read.beyond or own_words)) or (own_words and read.status == "ask")
     if read.status != "ok" and counts:
         return new_goal(last, read, text)
     return GoalRevision(last, plain.status, plain.kind, plain.message, plain=plain)
+
+
+def _same_plain(turn: Turn, plain: Revision, read: SpokenReading) -> bool:
+    """Return whether the parser of five slots and the reader of goals found the same structure of the same objects."""
+    part = read.goal.structures[0]
+    if plain.status != "ok" or part.spec != plain.spec:
+        return False
+    try:
+        chosen = select_objects(turn.text, turn.said.objects, turn.said.encoder).indices  # type: ignore[arg-type]
+    except SelectionError:
+        return False
+    return set(chosen) == set(range(len(turn.said.objects)) if part.objects is None else part.objects)
 
 
 def _added_to_plain(turn: Turn, plain: Revision) -> GoalRevision | None:
@@ -100,7 +120,13 @@ def _added_to_plain(turn: Turn, plain: Revision) -> GoalRevision | None:
         sum_ = addition(turn)
         if sum_ is not None and sum_.status == "ok" and sum_.goal.plain_spec is None:
             return sum_
-    if plain.status == "refused" and not _isnew_goal(turn):
+    if _BESIDE_IT.search(turn.said.said) and any(one.indices for one in turn.said.mentions):
+        goal = turn.reader.continued(turn.last, _without_marker(turn), 0)
+        if goal is not None and len(goal.parts) > 1 and goal.parts[0] == turn.last.parts[0]:
+            return GoalRevision(goal, "ok", "add", "", tuple(range(1, len(goal.parts))))
+        if plain.kind == "edit" and plain.objects_how == "replace":
+            return _refused(turn, None)  # "put the cup behind it" takes no other objects for the structure
+    if plain.status == "refused" and not _is_new(turn):
         edit = edited(turn)
         if edit is not None and edit.status in ("ok", "ask"):
             return edit
@@ -122,7 +148,7 @@ def _read_whole(turn: Turn, text: str) -> SpokenReading:
     return turn.reader.read(f"{text[: them.start()]}{listing}{text[them.end() :]}")
 
 
-def _isnew_goal(turn: Turn) -> bool:
+def _is_new(turn: Turn) -> bool:
     """Return whether the sentence is an instruction of its own: it names its objects, and speaks of nothing else."""
     return not _corrects(turn) and bool(turn.said.mentions)
 
@@ -158,6 +184,8 @@ def _revision(turn: Turn) -> GoalRevision:
     if read.status == "ask" and read.question is not None and not corrects:
         return new_goal(turn.last, read, turn.text)
     edit = edit or edited(turn)
+    if _REPLACING.search(turn.said.said) and (which := which_object_goes(turn)) is not None:
+        return which
     if edit is not None and (edit.status != "refused" or corrects):
         return edit
     return _refused(turn, read)
@@ -181,7 +209,7 @@ def _whole(turn: Turn, read: SpokenReading) -> bool:
         return False
     if read.goal.plain_spec is None:
         return bool(read.goal.named_objects())
-    return any(one.indices for one in said.mentions) and _orders(turn)
+    return any(one.indices for one in said.mentions) and (_orders(turn) or _REPLACING.search(said.said) is not None)
 
 
 def _orders(turn: Turn) -> bool:

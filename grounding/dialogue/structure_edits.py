@@ -36,7 +36,7 @@ _NUMBER = re.compile(
 )
 _REVERSED = re.compile(
     r"\b(?:(?:reverse|flip|invert|turn (?:a)?round)(?: (?:the|its|their))? order|(?:in )?(?:the )?(?:reverse[d]?|opposite|other) order"
-    r"|the other way (?:a)?round|reverse (?:it|them|that))\b"
+    r"|(?:the )?other way (?:a)?round|reverse (?:it|them|that))\b"
 )
 _BACKWARDS = {"ascending": "descending", "descending": "ascending"}
 _STARTS = {"left": "right", "right": "left", "near": "far", "far": "near", "bottom": "top", "top": "bottom"}

@@ -12,7 +12,10 @@ from collections.abc import Collection, Sequence
 
 from grounding.dialogue.object_changes import clauses, named_in, object_change
 from grounding.dialogue.relative_edits import Edit, normalized
+from grounding.goal_reading.goal_words import PATTERN_WORDS
+from grounding.goal_reading.reader import GoalReader
 from grounding.parse_result import Parse
+from grounding.references.function_words import ARRANGING, FUNCTION_WORDS, NOT_OBJECTS
 from grounding.references.lexicon import COLOURS
 from grounding.references.pattern_parts import (
     ALPHABETICAL,
@@ -25,6 +28,8 @@ from grounding.references.pattern_parts import (
     POSE,
     UNIT,
 )
+from grounding.references.phrases import Vocabulary
+from grounding.references.word_forms import FORMS
 from grounding.structure_words import words_of_all
 
 NOT_UNDERSTOOD = "{} was not understood, so nothing was changed; say the correction without it"
@@ -83,6 +88,7 @@ def unread_words(
     found = [match.group() for match in (*_LENGTH.finditer(sentence), *_ARRANGED.finditer(sentence))]
     found += [match.group() for match in _COLOUR.finditer(sentence) if match.group() not in named]
     found += [word for word in sentence.split() if word.isdecimal() and word not in known]
+    found += [word for word in _strange_words(text) if word not in known and not absolute.search(word)]
     if edits or parse is not None:
         found += [
             match.group(1)
@@ -98,8 +104,26 @@ def unread_words(
     return tuple(sorted(kept, key=sentence.find))
 
 
+# Why something is wished asks for nothing: "smaller so that my son can reach it", "the camera cannot see it: smaller".
+_REASON = re.compile(
+    r"^[^:]*\b(?:cannot|can't|doesn't|does not|is|are|was|looks?|has|have)\b[^:]*:|[ ,]+(?:so that|so|because|since|cause|otherwise|or else) (?:my|i|we|he|she|you|they|the kids|it|there)\b.*$",
+    re.IGNORECASE | re.DOTALL,
+)
+
+
+def _strange_words(text: str) -> list[str]:
+    """Return the words that no phrase of English about objects or people accounts for: "bigger flurb"."""
+    found: list[str] = []
+    for chunk in GoalReader().chunks(_REASON.sub("", text), Vocabulary(FORMS)):
+        mention = chunk.value.mention if chunk.kind == "noun phrase" else None
+        if chunk.kind == "unknown" or (mention is not None and not mention.known):
+            found += [word for word in normalized(chunk.said).split() if word not in _GRAMMAR]
+    return found
+
+
+_GRAMMAR = FUNCTION_WORDS | PATTERN_WORDS | NOT_OBJECTS | frozenset(ARRANGING) | frozenset("change fewer than".split())
 _CHATTER = frozenset(
-    "lovely perfect cool awesome great good nice fine excellent super wonderful brilliant alright right "
+    "substitute substituted substituting lovely perfect cool awesome great good nice fine excellent super wonderful brilliant alright right "
     "correct exactly "
     "thanks cheers ta please pls plz kindly sir buddy pal mate friend honey hello hi hey there ok okay yep "
     "yup yeah nah "

@@ -65,7 +65,7 @@ def test_objects_can_be_added_and_removed(conversation, sent):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("make the cups a pyramid", "cannot be built"),
+        ("make the cups a heart", "cannot be built"),
         ("put the bananas in a row", "banana"),
         ("what a nice day", "no arrangement"),
         ("put the orange in the middle of the table as a line", "1 object would take part (orange); legal: 2 to 12"),
