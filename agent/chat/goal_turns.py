@@ -17,7 +17,7 @@ from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from grounding.dialogue.goal_changes import dependants, only_parts
 from grounding.dialogue.goal_mentions import GoalText
-from grounding.dialogue.goal_revision import PART, GoalRevision
+from grounding.dialogue.goal_revision import PART, GoalRevision, new_goal
 from grounding.dialogue.revise_goal import revise_goal
 from grounding.dialogue.scene_reader import SceneReader
 from grounding.goals.description import describe_part
@@ -58,6 +58,15 @@ class GoalTurns(BuildSession):
             stands=[self.situation.stands], built=self.situation.built,
         )  # fmt: skip
 
+    def _revised_by_choice(self, text: str) -> GoalRevision:
+        """Read the sentence that an answer leads to; a whole instruction as a goal, also of one plain structure."""
+        revision = self._revised_goal(text)
+        if revision.plain is None:
+            return revision
+        objects = self.table.referents_of(self.table.original_names)
+        reader = SceneReader(self._cache.interpreter(self.options.reading), objects)
+        return new_goal(self._spoken_goal(), reader.read(text), text)
+
     def _apply_goal(self, revision: GoalRevision, text: str) -> None:
         """Apply what was said about a goal of several parts: ask where it is unclear, otherwise propose.
 
@@ -90,7 +99,7 @@ class GoalTurns(BuildSession):
         with self._turn.part("parse"):
             self.question, self._asked_parts = None, None
             if isinstance(choice, str):
-                self._apply_goal(self._revised_goal(choice), choice)
+                self._apply_goal(self._revised_by_choice(choice), choice)
             else:
                 if choice == self._spoken_goal():
                     raise NotBuildable("that is already so")

@@ -15,6 +15,7 @@ from grounding.parse_result import OBJECT, Question
 from grounding.spec import StructureSpec
 
 PART = "part"  # what a question about which part is meant asks for, in place of a slot
+_CORNER = re.compile(r"\b(?:the|a|one|any|some) corner\b", re.IGNORECASE)
 _QUOTED = re.compile(r"'(?P<phrase>[^']+)' can be each of")
 
 
@@ -97,6 +98,8 @@ def new_goal(last: Goal, read: SpokenReading, text: str = "") -> GoalRevision:
 
 def _texts(question: Question, text: str) -> tuple[str, ...]:
     """Return what to say in place of the sentence for each answer to a question about an object; else nothing."""
+    if "front left" in question.options:
+        return tuple(_CORNER.sub(f"the {option} corner", text, count=1) for option in question.options)
     found = _QUOTED.search(question.text)
     if question.slot != OBJECT or found is None or found["phrase"].lower() not in text.lower():
         return ()
