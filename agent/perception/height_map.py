@@ -24,7 +24,9 @@ _WIDE_WINDOW = 11  # pixels: as wide as a fork
 _NEIGHBOURS = 12  # of an unorganised one
 _BINS = 8  # of distance, in which the noise is measured
 _LEAST_SIGMA = 0.0002  # m; no depth camera is better
-_ALONGSIDE = 0.1  # m about the largest part of the table, within which the other parts lie
+_TALLEST = 0.3  # m: what is higher than that and hides the table is no object on it
+_FARTHEST_SHADE = 0.5  # m behind an object, up to where it hides the table
+_INSIDE = 0.8  # of a part lies in the outline of the rest: it is table too
 
 
 @dataclass(frozen=True)
@@ -46,16 +48,19 @@ class Relief:
     outline: shapely.Polygon
 
 
-def table_relief(level: np.ndarray, distances: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> Relief:
+def table_relief(
+    level: np.ndarray, eye: np.ndarray, distances: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]
+) -> Relief:
     """Return the heights of points above the table.
 
     Args:
         level: (P, 3) in the frame of the table's plane, metres.
+        eye: (3,) where the camera is, in that frame.
         distances: (P,) from the camera, metres.
         pixels: (P,) the place of each in the flattened picture.
         shape: of the picture; an unorganised cloud has one row.
     """
-    outline = _outline(level)
+    outline = _outline(level, eye)
     surface = _surface(level, outline)
     heights = level[:, 2] - surface
     smooth = heights.copy()
@@ -74,22 +79,39 @@ def table_relief(level: np.ndarray, distances: np.ndarray, pixels: np.ndarray, s
     return Relief(heights, smooth, sigma, waves, outline)
 
 
-def _outline(level: np.ndarray) -> shapely.Polygon:
+def _outline(level: np.ndarray, eye: np.ndarray) -> shapely.Polygon:
     """Return the convex outline of the parts of the table that were seen."""
-    flat = level[np.abs(level[:, 2]) < _BAND, :2]
+    near = np.abs(level[:, 2]) < _BAND
+    flat = level[near, :2]
     low = flat.min(axis=0)
     cells = np.zeros(np.ceil((flat.max(axis=0) - low) / _CELL).astype(int) + 1, dtype=bool)
     place = ((flat - low) / _CELL).astype(int)
     cells[place[:, 0], place[:, 1]] = True
     # A cell without neighbours is noise.
     cells &= ndimage.uniform_filter(cells.astype(np.float32), 3) > 3.5 / 9
-    parts, _ = ndimage.label(cells, np.ones((3, 3)))
-    part = parts[place[:, 0], place[:, 1]]
-    # Things that hide the table cut it into parts. What is about as high but stands apart, a chair's seat, is none.
-    chosen = part == np.bincount(part[part > 0]).argmax()
-    reach = _hull(flat[chosen]).buffer(_ALONGSIDE)
-    inside = np.bincount(part, shapely.contains_xy(reach, flat[:, 0], flat[:, 1])) / np.maximum(np.bincount(part), 1)
-    return _hull(flat[(part > 0) & (inside[part] > 0.8)])
+    # Things that hide the table cut it into parts: those are connected by the things and by what they hide. What is
+    # about as high but stands apart, a chair's seat, is none.
+    covered = cells.copy()
+    for points in _hidden(level[(level[:, 2] > _BAND) & (level[:, 2] < _TALLEST)], eye):
+        place_of = ((points - low) / _CELL).astype(int)
+        inside = ((place_of >= 0) & (place_of < cells.shape)).all(axis=1)
+        covered[tuple(place_of[inside].T)] = True
+    parts, _ = ndimage.label(covered, np.ones((3, 3)))
+    part = np.where(cells, parts, 0)[place[:, 0], place[:, 1]]
+    chosen = _hull(flat[part == np.bincount(part[part > 0]).argmax()])
+    inside = np.bincount(part, shapely.contains_xy(chosen, flat[:, 0], flat[:, 1])) / np.maximum(np.bincount(part), 1)
+    return _hull(flat[(part > 0) & ((inside[part] > _INSIDE) | (part == np.bincount(part[part > 0]).argmax()))])
+
+
+def _hidden(above: np.ndarray, eye: np.ndarray) -> list[np.ndarray]:
+    """Return places (P, 2) on the table below points (P, 3) above it, and hidden behind them, in steps of a cell."""
+    sight = above - eye
+    shade = above[:, :2] - sight[:, :2] * (above[:, 2] / np.minimum(sight[:, 2], -1e-6))[:, None]
+    away = shade - above[:, :2]
+    length = np.linalg.norm(away, axis=1)
+    away *= np.minimum(1.0, _FARTHEST_SHADE / np.maximum(length, 1e-9))[:, None]
+    steps = int(np.ceil(min(length.max(initial=0.0), _FARTHEST_SHADE) / _CELL)) + 1
+    return [above[:, :2] + share * away for share in np.linspace(0.0, 1.0, steps)]
 
 
 def _hull(points: np.ndarray) -> shapely.Polygon:

@@ -11,6 +11,9 @@ HOLLOW = -0.3  # the normals of a solid seen from outside diverge (1 for a ball)
 _RIM = 0.04  # m between the inside and the outside: a wall, and what the camera loses of it
 _AS_WIDE = 0.7  # of the width of both is shared by the inside and the outside, across the line of sight
 _RIM_HEIGHT = 0.02  # m between their upper ends
+_THING = 80  # voxels: what is smaller is a splinter of what it stands in
+_SOLID = 0.45  # hollowness of what stands in a bowl at least
+_UNDER = 0.015  # m below the surface about it, up to where the foot of what stands there is seen
 _FLAT = 0.03  # m: what is lower, and next to another such thing, is one with it
 _SPECK = 8  # voxels: fewer are noise
 _IN_THE_AIR = 0.02  # m above the table: what ends higher is held by something
@@ -25,7 +28,6 @@ def joined(
     normals: np.ndarray,
     lab: np.ndarray | None,
     eye: np.ndarray,
-    reach: float,
 ) -> np.ndarray:
     """Join parts that occupy the same place, or are the inside and the outside of one object.
 
@@ -35,9 +37,8 @@ def joined(
         normals: (V, 3) unit, toward the camera.
         lab: (V, 3) colours in CIELAB, or `None`.
         eye: (3,) where the camera is.
-        reach: metres within which voxels are neighbours.
     """
-    part = _flat_things_joined(part, positions, reach)
+    part = part.copy()
     for hollow in np.unique(part[part >= 0]):
         if hollowness(positions[part == hollow], normals[part == hollow]) > HOLLOW:
             continue
@@ -45,7 +46,7 @@ def joined(
         part[part == hollow] = outside
     part = _floaters_joined(part, positions, lab)
     outlines = {k: _outline(positions[part == k]) for k in np.unique(part[part >= 0])}
-    while pair := _intersecting(outlines):
+    while pair := _intersecting(outlines, part, positions, normals):
         small, large = pair
         part[part == small] = large
         outlines[large] = _outline(positions[part == large])
@@ -53,8 +54,26 @@ def joined(
     return part
 
 
-def _flat_things_joined(part: np.ndarray, positions: np.ndarray, reach: float) -> np.ndarray:
-    """Join parts that are low and next to each other: a spoon's bowl is higher than its handle."""
+def _own_object(small: int, large: int, part: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> bool:
+    """Return whether a part in the place of a larger one is an object that stands on it, or in it."""
+    own, other = positions[part == small], positions[part == large]
+    if len(own) < _THING:
+        return False
+    if np.percentile(own[:, 2], 95) < np.percentile(other[:, 2], 95) + _RIM_HEIGHT:
+        # In a bowl: the bowl's own inside looks hollow, and what is in it solid.
+        return hollowness(own, normals[part == small]) > _SOLID
+    beside = cKDTree(own[:, :2]).query(other[:, :2])[0] < _RIM
+    return not beside.any() or np.percentile(own[:, 2], 5) > np.percentile(other[beside, 2], 50) - _UNDER
+
+
+def flat_things_joined(part: np.ndarray, positions: np.ndarray, reach: float) -> np.ndarray:
+    """Join parts (V,) that are low and next to each other: a spoon's bowl is higher than its handle.
+
+    Args:
+        part: (V,) the part of each voxel, -1 for none.
+        positions: (V, 3) level frame, metres.
+        reach: metres within which voxels are neighbours.
+    """
     part = part.copy()
     low = [
         k for k, size in zip(*np.unique(part[part >= 0], return_counts=True), strict=True)
@@ -127,12 +146,15 @@ def _shared(one: np.ndarray, other: np.ndarray) -> float:
     )
 
 
-def _intersecting(outlines: dict[int, shapely.Polygon]) -> tuple[int, int] | None:
-    """Join two parts if, seen from above, the smaller lies in the larger."""
+def _intersecting(
+    outlines: dict[int, shapely.Polygon], part: np.ndarray, positions: np.ndarray, normals: np.ndarray
+) -> tuple[int, int] | None:
+    """Return two parts of which the smaller, seen from above, lies in the larger and is no object of its own."""
     order = sorted(outlines, key=lambda k: outlines[k].area)
     for place, small in enumerate(order):
         for large in order[place + 1 :]:
-            if outlines[small].intersection(outlines[large]).area > _WITHIN * outlines[small].area:
+            shared = outlines[small].intersection(outlines[large]).area
+            if shared > _WITHIN * outlines[small].area and not _own_object(small, large, part, positions, normals):
                 return small, large
     return None
 

@@ -41,7 +41,7 @@ def segment(recording: Recording) -> Segments:
         pixels, points, distance = pixels[~arm], points[~arm], distance[~arm]
     plane = table_plane(points, None if base_from_cam is None else base_from_cam[2, :3])
     level = transform_points(plane.level_from_camera, points)
-    relief = table_relief(level, distance, pixels, shape)
+    relief = table_relief(level, plane.level_from_camera[:3, 3], distance, pixels, shape)
     steep = border = np.zeros(len(pixels), dtype=bool)
     if frame.organised:
         steep, border = bridging(frame.points).ravel()[pixels], at_border(frame.points).ravel()[pixels]

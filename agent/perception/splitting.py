@@ -1,7 +1,7 @@
-"""Split objects that touch: parts with a valley or a neck between them.
+"""Split connected parts into the objects that they consist of: at valleys, and at necks seen from above.
 
-A cut is kept only between objects that could each stand alone: both reach the table as far as it is seen, both
-are large, and neither stands in the other's place. So a mug keeps its handle, a bottle its cap, and a bowl its inside.
+A piece between valleys is an object of its own only if it could be: it stands on the table, beside the others, or on
+a surface of another that faces up. So a mug keeps its handle, a bottle its cap, and a stack falls into its parts.
 """
 
 from __future__ import annotations
@@ -11,16 +11,18 @@ import shapely
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from agent.perception.clustering import clusters
+from agent.perception.convexity import convex_pieces
 from agent.perception.merging import HOLLOW, hollowness
 
-_LEAST = 100  # voxels of each thing
-_SHARE = 0.2  # of the other's voxels that the smaller has
+LEAST = 80  # voxels of each object
+_SHARE = 0.2  # of the other's voxels that the smaller has, at a neck
 _LEAST_HEIGHT = 0.03  # m: lower things have no valleys that a camera sees
 _REACHES_DOWN = 0.025  # m above the table
-_NEAR, _FAR = 0.010, 0.020  # m between the voxels whose normals are compared: about the patch of a normal
-_VALLEY = 0.6  # the normals' slopes toward each other, together: each side rises by 17 degrees or more
-_MOST_OF = 0.3  # of a voxel's neighbours lie across the valley that it lies in
+_ACROSS_VALLEY = 0.8  # of the reach within which voxels are neighbours
+_FACES_UP = 0.7  # upward part of the normal of a surface that things stand on
+_CARRIES = 0.3  # of the voxels that a piece meets face up, and lie below its own
+_NARROWEST = 0.03  # m: what is less wide than that and stands on another is a part of it
+_HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
 _APART = 0.35  # of the smaller outline at most lies in the other: touching things only overlap by what was not seen
 _CELL = 0.004  # m, seen from above
 _NECK = 0.6  # of the smaller thing's half width at most is the neck's
@@ -38,35 +40,95 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
         reach: metres within which voxels are neighbours.
     """
     part = part.copy()
-    waiting = [int(index) for index in np.unique(part[part >= 0])]
-    while waiting:
-        own = np.flatnonzero(part == waiting.pop())
-        if len(own) < 2 * _LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
+    for index in np.unique(part[part >= 0]):
+        own = np.flatnonzero(part == index)
+        if len(own) < 2 * LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
             continue
-        for pieces in (_by_valleys(positions[own], normals[own], reach), _by_necks(positions[own])):
-            if pieces.max() > 0 and (two := _two_things(pieces, positions[own], normals[own], eye)) is not None:
-                part[own[two]] = part.max() + 1
-                waiting += [int(part.max()), int(part[own[~two]][0])]
-                break
+        pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach)
+        pieces = _objects_among(pieces, positions[own], normals[own], eye, reach)
+        for piece in range(1, pieces.max() + 1):
+            part[own[pieces == piece]] = part.max() + 1
+        for piece in range(pieces.max() + 1):
+            members = own[pieces == piece]
+            lobes = _by_necks(positions[members])
+            if lobes.max() > 0 and _two_things(lobes == 1, positions[members], normals[members], eye):
+                part[members[lobes == 1]] = part.max() + 1
     return part
 
 
-def _by_valleys(positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
-    """Return the piece (V,) of each voxel: the parts that stay connected without the voxels in valleys."""
-    tree = cKDTree(positions)
-    one, other = tree.query_pairs(_FAR, output_type="ndarray").T
-    offset = positions[other] - positions[one]
-    length = np.linalg.norm(offset, axis=1)
-    far = length > _NEAR
-    one, other, offset, length = one[far], other[far], offset[far], length[far]
-    across = ((normals[one] - normals[other]) * offset).sum(axis=1) / length > _VALLEY
-    count = np.bincount(one, minlength=len(positions)) + np.bincount(other, minlength=len(positions))
-    crossed = np.bincount(one[across], minlength=len(positions)) + np.bincount(other[across], minlength=len(positions))
-    ridge = crossed <= _MOST_OF * count
-    pieces = np.full(len(positions), -1)
-    if ridge.any():
-        pieces[ridge] = clusters(positions[ridge], 0.7 * reach)
-    return _spread(pieces, positions)
+def _objects_among(
+    pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float
+) -> np.ndarray:
+    """Merge the pieces (V,) that could not stand for themselves with the neighbours that they share most of their
+    border with; return them numbered from 0.
+    """
+    one, other = cKDTree(positions).query_pairs(reach, output_type="ndarray").T
+    pieces = pieces.copy()
+    settled: set[tuple[int, int]] = set()  # pieces that stand, with their sizes: larger ones are looked at again
+    while True:
+        sizes = np.bincount(pieces)
+        for piece in np.argsort(sizes):
+            if not sizes[piece] or (int(piece), int(sizes[piece])) in settled:
+                continue
+            across = pieces[one] != pieces[other]
+            mine = across & ((pieces[one] == piece) | (pieces[other] == piece))
+            if not mine.any():  # too far from the others
+                settled.add((int(piece), int(sizes[piece])))
+                continue
+            inner = np.where(pieces[one[mine]] == piece, one[mine], other[mine])
+            outer = np.where(pieces[one[mine]] == piece, other[mine], one[mine])
+            border = np.bincount(pieces[outer], minlength=len(sizes))
+            if _stands_alone(pieces == piece, inner, outer, pieces, positions, normals, eye):
+                settled.add((int(piece), int(sizes[piece])))
+                continue
+            pieces[pieces == piece] = int(border.argmax())
+            break
+        else:
+            return np.unique(pieces, return_inverse=True)[1]
+
+
+def _stands_alone(
+    own: np.ndarray,
+    inner: np.ndarray,
+    outer: np.ndarray,
+    pieces: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    eye: np.ndarray,
+) -> bool:
+    """Return whether a piece could be an object.
+
+    Args:
+        own: (V,) its voxels.
+        inner, outer: (B,) the voxels on both sides of its border, pair by pair.
+        pieces: (V,) all pieces.
+        positions, normals, eye: as `split` takes them.
+    """
+    count = int(own.sum())
+    if count < LEAST:
+        return False
+    mine = positions[own]
+    if np.percentile(mine[:, 2], 2) < _REACHES_DOWN:
+        return True
+    below = (normals[outer, 2] > _FACES_UP) & (positions[outer, 2] < positions[inner, 2] + _CELL)
+    if below.mean() > _CARRIES and _width(mine) > _NARROWEST:
+        return True
+    front = pieces[outer[np.linalg.norm(positions[outer, :2] - eye[:2], axis=1).argmin()]]
+    hider = positions[pieces == front]
+    return count > _HIDDEN_SHARE * len(hider) and _is_behind(mine, hider, eye)
+
+
+def _width(positions: np.ndarray) -> float:
+    """Return the smaller side, metres, of the upright box around voxels (V, 3), seen from above."""
+    corners = np.array(shapely.LineString(positions[:, :2]).minimum_rotated_rectangle.exterior.coords)
+    return float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())
+
+
+def _is_behind(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:
+    """Return whether the foot of an object (V, 3) is farther away than another object."""
+    foot = thing[thing[:, 2] < np.percentile(thing[:, 2], 20)]
+    away, its = (np.linalg.norm(points[:, :2] - eye[:2], axis=1).mean() for points in (other, foot))
+    return bool(away < its)
 
 
 def _by_necks(positions: np.ndarray) -> np.ndarray:
@@ -76,6 +138,8 @@ def _by_necks(positions: np.ndarray) -> np.ndarray:
     seen[place[:, 0], place[:, 1]] = True
     seen = ndimage.binary_fill_holes(ndimage.binary_closing(seen, iterations=2))
     pieces = np.zeros(len(positions), dtype=np.int64)
+    if _solidity(seen) >= _CONVEX:
+        return pieces
     inside = ndimage.distance_transform_edt(seen)
     for neck in np.arange(1.0, inside.max(), 1.0):
         lobes, count = ndimage.label(inside > neck)
@@ -85,7 +149,7 @@ def _by_necks(positions: np.ndarray) -> np.ndarray:
             _, nearest = ndimage.distance_transform_edt(~np.isin(lobes, wide), return_indices=True)
             lobe = lobes[nearest[0], nearest[1]]
             first = seen & (lobe == wide[0])
-            if _solidity(seen) < _CONVEX and min(_solidity(first), _solidity(seen & ~first)) > _CONVEX:
+            if min(_solidity(first), _solidity(seen & ~first)) > _CONVEX:
                 pieces[~first[place[:, 0], place[:, 1]]] = 1
             break
     return pieces
@@ -98,44 +162,18 @@ def _solidity(cells: np.ndarray) -> float:
     return len(rows) / shapely.LineString(corners).convex_hull.area if len(rows) else 0.0
 
 
-def _spread(pieces: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Keep the pieces with enough voxels and assign every other voxel to the nearest of them; one piece if none has
-    enough.
-    """
-    sizes = np.bincount(pieces[pieces >= 0], minlength=1)
-    large = np.flatnonzero(sizes >= _LEAST / 2)
-    if len(large) < 2:
-        return np.zeros(len(pieces), dtype=np.int64)
-    known = np.isin(pieces, large)
-    _, nearest = cKDTree(positions[known]).query(positions)
-    return np.searchsorted(large, pieces[known][nearest])
-
-
-def _stands(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:
-    """Return whether an object (V, 3) reaches the table, or the other hides the place where it would."""
-    if thing[:, 2].min() < _REACHES_DOWN:
-        return True
-    foot = thing[thing[:, 2] < np.percentile(thing[:, 2], 20)]
-    away, its = (np.linalg.norm(points[:, :2] - eye[:2], axis=1).mean() for points in (other, foot))
-    return bool(away < its)
-
-
-def _two_things(
-    pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray
-) -> np.ndarray | None:
-    """Return the voxels (V,) of one object among the pieces that stands beside all the others; `None` if none does."""
-    for index in np.argsort(np.bincount(pieces))[::-1]:
-        one = pieces == index
-        small, large = sorted((one.sum(), (~one).sum()))
-        if small < max(_LEAST, _SHARE * large):
-            continue
-        if not (_stands(positions[one], positions[~one], eye) and _stands(positions[~one], positions[one], eye)):
-            continue
-        if min(np.percentile(positions[one, 2], 90), np.percentile(positions[~one, 2], 90)) < _LEAST_HEIGHT:
-            continue
-        if min(hollowness(positions[which], normals[which]) for which in (one, ~one)) < HOLLOW:
-            continue
-        hulls = [shapely.LineString(positions[which, :2]).convex_hull for which in (one, ~one)]
-        if hulls[0].intersection(hulls[1]).area < _APART * min(hull.area for hull in hulls):
-            return one
-    return None
+def _two_things(one: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray) -> bool:
+    """Return whether some of the voxels (V,) and the others are two objects that stand side by side."""
+    small, large = sorted((int(one.sum()), int((~one).sum())))
+    if small < max(LEAST, _SHARE * large):
+        return False
+    first, second = positions[one], positions[~one]
+    for thing, other in ((first, second), (second, first)):
+        if thing[:, 2].min() > _REACHES_DOWN and not _is_behind(thing, other, eye):
+            return False
+        if np.percentile(thing[:, 2], 90) < _LEAST_HEIGHT:
+            return False
+    if min(hollowness(positions[which], normals[which]) for which in (one, ~one)) < HOLLOW:
+        return False
+    hulls = [shapely.LineString(thing[:, :2]).convex_hull for thing in (first, second)]
+    return bool(hulls[0].intersection(hulls[1]).area < _APART * min(hull.area for hull in hulls))

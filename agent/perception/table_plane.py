@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import open3d
+import shapely
+from scipy import ndimage
 
 from agent.errors import BadInput
 from structdiffusion.geometry import transform_points
@@ -23,6 +25,9 @@ _LEAST_AREA = 0.015  # m2 of table that must be seen: a sheet of A6
 _NEAR = 1.2  # m; planes farther away count less
 _TALLEST = 0.4  # m above a table: what stands on it
 _MOST_THROUGH = 1.0  # times as many points behind a plane as in it: it is none, but a slice of something else
+_GRID = 0.025  # m, of the cells by which the points of a plane are connected
+_WALL_AREA, _CROSSWISE = 0.2, 0.2  # m2 of a wall, and the cosine of its angle with a floor
+_SLANT = math.cos(math.radians(5.0)), math.cos(math.radians(40.0))
 _LOWEST_CAMERA = 0.08  # m above the table
 _UPRIGHT = math.cos(math.radians(25.0))  # a table may lean from a known up by a bad calibration's error
 IMAGE_UP = np.array([0.0, -1.0, 0.0])  # camera frame
@@ -66,7 +71,7 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
             f"camera and cover {len(thin) * _CELL**2 * 1e4:.0f} cm2; a table needs {_LEAST_AREA * 1e4:.0f} cm2"
         )
     candidates = _planes(thin)
-    scores = [_score(plane, thin, up) for plane in candidates]
+    scores = [_score(plane, candidates, thin, up) for plane in candidates]
     if not scores or max(scores) <= 0.0:
         how = "upright by its known pose" if up is not None else "held upright or looking down"
         seen = ", ".join(_plane_in_words(plane, thin, up) for plane in candidates) or "none"
@@ -96,10 +101,12 @@ def _planes(thin: np.ndarray) -> list[np.ndarray]:
     return found
 
 
-def _score(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> float:
-    """Rate how much a plane resembles a table; 0 if it cannot be one."""
+def _score(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray, up: np.ndarray | None) -> float:
+    """Rate how much a plane resembles a table among other planes; 0 if it cannot be one."""
     normal, height = plane[:3], plane[3]
     levelness = float(normal @ (IMAGE_UP if up is None else up))
+    if _cuts_slantwise(plane, others, thin):
+        return 0.0
     if height < _LOWEST_CAMERA or levelness < (-0.3 if up is None else _UPRIGHT):
         return 0.0
     above = thin @ normal + height
@@ -110,16 +117,51 @@ def _score(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> float:
     # Beyond half a square metre more is no better: the floor is always the largest.
     area = min(flat.sum() * _CELL**2, 0.5)
     lies = _level(plane)
-    low, high = np.percentile(transform_points(lies, thin[flat])[:, :2], (2, 98), axis=0)
-    on_it = transform_points(lies, thin[(above > _INLIER) & (above < _TALLEST)])[:, :2]
-    things = int(((on_it > low) & (on_it < high)).all(axis=1).sum())
+    seen = _outline(transform_points(lies, thin[flat])[:, :2])
+    standing = (above > _INLIER) & (above < _TALLEST) & ~_on_walls(plane, others, thin)
+    on_it = transform_points(lies, thin[standing])[:, :2]
+    things = int(shapely.contains_xy(seen, on_it).sum())
     nearness = 1.0 / (1.0 + (np.median(np.linalg.norm(thin[flat], axis=1)) / _NEAR) ** 2)
     # What lies below a table is hidden by it; what is seen through a plane makes it none.
-    below = transform_points(lies, thin[above < -2 * _INLIER])[:, :2]
-    through = ((below > low) & (below < high)).all(axis=1).sum() / flat.sum()
+    lower = above < -2 * _INLIER
+    crossing = thin[lower] * (height / (height - above[lower]))[:, None]
+    through = shapely.contains_xy(seen, transform_points(lies, crossing)[:, :2]).sum() / flat.sum()
     if through > _MOST_THROUGH:
         return 0.0
     return upright * area * nearness * (0.2 + min(things, 400) / 400) / (1.0 + 3.0 * through)
+
+
+def _on_walls(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray) -> np.ndarray:
+    """Return the points (P,) on large planes at right angles to a plane: the foot of a wall is nothing that stands
+    on a floor.
+    """
+    walls = np.zeros(len(thin), dtype=bool)
+    for other in others:
+        on_it = np.abs(thin @ other[:3] + other[3]) < 2 * _INLIER
+        if abs(other[:3] @ plane[:3]) < _CROSSWISE and on_it.sum() * _CELL**2 > _WALL_AREA:
+            walls |= on_it
+    return walls
+
+
+def _cuts_slantwise(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray) -> bool:
+    """Return whether a plane meets a larger one at a small angle: it is a slice of that and of what stands on it."""
+    flat = thin[np.abs(thin @ plane[:3] + plane[3]) < _INLIER]
+    larger = others[: next(index for index, other in enumerate(others) if other is plane)]
+    return any(
+        _SLANT[1] < other[:3] @ plane[:3] < _SLANT[0]
+        and np.percentile(np.abs(flat @ other[:3] + other[3]), 10) < 2 * _INLIER
+        for other in larger
+    )
+
+
+def _outline(flat: np.ndarray) -> shapely.Geometry:
+    """Return the convex outline of the largest connected part of a plane's points (P, 2)."""
+    place = ((flat - flat.min(axis=0)) / _GRID).astype(int)
+    cells = np.zeros(place.max(axis=0) + 1, dtype=bool)
+    cells[place[:, 0], place[:, 1]] = True
+    parts, _ = ndimage.label(cells, np.ones((3, 3)))
+    part = parts[place[:, 0], place[:, 1]]
+    return shapely.MultiPoint(flat[part == np.bincount(part).argmax()]).convex_hull
 
 
 def _plane_in_words(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> str:
