@@ -1,7 +1,7 @@
 """Divide surfaces at concave edges: where one object stands on another, or beside it, the surfaces meet in a valley.
 
 Voxels are grouped into small patches of one direction. Two patches meet in a valley if their normals lean toward each
-other. Patches are then merged pair by pair, the pair whose whole common border is the most convex first, until only
+other; they do not meet if one lies before the other, as under an overhang. Patches are then merged pair by pair, the pair whose whole common border is the most convex first, until only
 valleys are left between them: a border is judged as a whole, so that noise in one place of it joins and cuts nothing.
 """
 
@@ -17,6 +17,7 @@ _TURN = 0.9  # patches across, by which normals that differ by 60 degrees are ap
 _ROUNDS = 3
 _TOLERANCE = 0.22  # of lean: 12 degrees, what noise and the smoothing of normals do to a flat surface
 _MOST_VALLEY, _MOST_RIDGE = -0.7, 0.35  # lean of one patch against another counts no more than this
+_OBLIQUE, _STEPS_COUNT = 0.35, 1.5  # sine from which on one patch lies before another, and what the rest of it counts
 _SHORT = 8.0  # pairs of voxels by which every border is taken to be longer and neither convex nor concave
 
 
@@ -38,7 +39,10 @@ def convex_pieces(positions: np.ndarray, normals: np.ndarray, reach: float) -> n
     across = middle[borders[:, 0]] - middle[borders[:, 1]]
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
     lean = ((facing[borders[:, 0]] - facing[borders[:, 1]]) * across).sum(axis=1)
-    convex = np.clip(lean, _MOST_VALLEY, _MOST_RIDGE) + _TOLERANCE
+    joint = facing[borders[:, 0]] + facing[borders[:, 1]]
+    joint /= np.maximum(np.linalg.norm(joint, axis=1, keepdims=True), 1e-9)
+    step = np.maximum(np.abs((joint * across).sum(axis=1)) - _OBLIQUE, 0.0)
+    convex = np.maximum(np.clip(lean, -1.0, _MOST_RIDGE) - _STEPS_COUNT * step, _MOST_VALLEY) + _TOLERANCE
     return _merged(count, borders, length, length * convex)[patch]
 
 

@@ -25,6 +25,7 @@ _NEIGHBOURS = 12  # of an unorganised one
 _BINS = 8  # of distance, in which the noise is measured
 _LEAST_SIGMA = 0.0002  # m; no depth camera is better
 _TALLEST = 0.3  # m: what is higher than that and hides the table is no object on it
+_WALL, _UPRIGHT = 0.6, 2.0  # m up to which a wall is looked for, and times as many points above the table as on it
 _FARTHEST_SHADE = 0.5  # m behind an object, up to where it hides the table
 _INSIDE = 0.8  # of a part lies in the outline of the rest: it is table too
 
@@ -87,6 +88,13 @@ def _outline(level: np.ndarray, eye: np.ndarray) -> shapely.Polygon:
     cells = np.zeros(np.ceil((flat.max(axis=0) - low) / _CELL).astype(int) + 1, dtype=bool)
     place = ((flat - low) / _CELL).astype(int)
     cells[place[:, 0], place[:, 1]] = True
+    # A wall crosses the plane too.
+    risen = ((level[(level[:, 2] > _BAND) & (level[:, 2] < _WALL), :2] - low) / _CELL).astype(int)
+    risen = risen[((risen >= 0) & (risen < cells.shape)).all(axis=1)]
+    higher, lower = np.zeros(cells.shape), np.zeros(cells.shape)
+    np.add.at(higher, tuple(risen.T), 1.0)
+    np.add.at(lower, tuple(place.T), 1.0)
+    cells &= higher < _UPRIGHT * lower
     # A cell without neighbours is noise.
     cells &= ndimage.uniform_filter(cells.astype(np.float32), 3) > 3.5 / 9
     # Things that hide the table cut it into parts: those are connected by the things and by what they hide. What is

@@ -8,6 +8,10 @@ from scipy.spatial import cKDTree
 
 _WITHIN = 0.5  # of the smaller part's outline, seen from above, lies in the other's: apart, they would intersect
 HOLLOW = -0.3  # the normals of a solid seen from outside diverge (1 for a ball), those of an inside meet (-1)
+_CONCAVE, _HOLLOW_WHOLE = -0.04, -0.12  # of a piece of an inside, and of two of them together
+_WALL_GAP = 0.02  # m between pieces of an inside
+_PIECE = 20  # voxels
+_TOP_BAND, _UPRIGHT = 0.012, 0.7  # m below a part's upper end; the upward part of a wall's normals there
 _RIM = 0.04  # m between the inside and the outside: a wall, and what the camera loses of it
 _AS_WIDE = 0.7  # of the width of both is shared by the inside and the outside, across the line of sight
 _RIM_HEIGHT = 0.02  # m between their upper ends
@@ -38,7 +42,7 @@ def joined(
         lab: (V, 3) colours in CIELAB, or `None`.
         eye: (3,) where the camera is.
     """
-    part = part.copy()
+    part = insides_joined(part, positions, normals, _WALL_GAP)
     for hollow in np.unique(part[part >= 0]):
         if hollowness(positions[part == hollow], normals[part == hollow]) > HOLLOW:
             continue
@@ -52,6 +56,47 @@ def joined(
         outlines[large] = _outline(positions[part == large])
         del outlines[small]
     return part
+
+
+def insides_joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
+    """Join neighbouring parts of the inside of one vessel, whose wall is one valley; return the part (V,) of each voxel.
+
+    Args:
+        part: (V,) the part of each voxel, -1 for none.
+        positions: (V, 3) level frame, metres.
+        normals: (V, 3) unit, toward the camera.
+        reach: metres within which parts are neighbours.
+    """
+    part = part.copy()
+    waiting = [
+        k for k, size in zip(*np.unique(part[part >= 0], return_counts=True), strict=True)
+        if size >= _PIECE and _is_inside(part == k, positions, normals)
+    ]  # fmt: skip
+    while waiting:
+        one = waiting.pop()
+        own = part == one
+        tree = cKDTree(positions[own])
+        for other in waiting:
+            its = part == other
+            if tree.query(positions[its])[0].min() < reach and _hollow(own | its, positions, normals) < _HOLLOW_WHOLE:
+                part[own] = other
+                waiting.remove(other)
+                waiting.append(other)  # it has grown: its neighbours are looked at again
+                break
+    return part
+
+
+def _is_inside(own: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> bool:
+    """Return whether a part (V,) is concave, and ends in an upright wall, not in a top."""
+    if _hollow(own, positions, normals) > _CONCAVE:
+        return False
+    height = positions[own, 2]
+    upper = height > np.percentile(height, 98) - _TOP_BAND
+    return bool(np.median(normals[own, 2][upper]) < _UPRIGHT)
+
+
+def _hollow(own: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> float:
+    return hollowness(positions[own], normals[own])
 
 
 def _own_object(small: int, large: int, part: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> bool:

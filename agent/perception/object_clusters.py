@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from agent.perception.clustering import Voxels, clusters, gather, normals, strays
 from agent.perception.height_map import Relief
 from agent.perception.merging import flat_things_joined, joined
+from agent.perception.occlusion import rejoined
 from agent.perception.splitting import split
 
 _SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
@@ -106,6 +107,7 @@ def find_objects(
     of_voxel = flat_things_joined(of_voxel, voxels.positions, voxels.reach)
     of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, eye, voxels.reach)
     of_voxel = joined(of_voxel, voxels.positions, facing, lab, eye)
+    of_voxel = rejoined(of_voxel, voxels.positions, lab, eye)
     # Not the smoothed heights: about a plate's rim these are high where there is table.
     itself = voxels.mean(relief.heights[solid])
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1

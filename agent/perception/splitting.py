@@ -12,7 +12,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.convexity import convex_pieces
-from agent.perception.merging import HOLLOW, hollowness
+from agent.perception.merging import HOLLOW, hollowness, insides_joined
 
 LEAST = 80  # voxels of each object
 _SHARE = 0.2  # of the other's voxels that the smaller has, at a neck
@@ -23,6 +23,8 @@ _FACES_UP = 0.7  # upward part of the normal of a surface that things stand on
 _CARRIES = 0.3  # of the voxels that a piece meets face up, and lie below its own
 _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a part of it
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
+_MINOR = 0.3  # of the other's voxels has a piece that is too narrow or too low to be seen as an object beside it
+_NARROW, _LOW = 0.026, 0.03  # m
 _APART = 0.35  # of the smaller outline at most lies in the other: touching things only overlap by what was not seen
 _CELL = 0.004  # m, seen from above
 _NECK = 0.6  # of the smaller thing's half width at most is the neck's
@@ -45,6 +47,7 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
         if len(own) < 2 * LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
             continue
         pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach)
+        pieces = insides_joined(pieces, positions[own], normals[own], 1.5 * reach)
         pieces = _objects_among(pieces, positions[own], normals[own], eye, reach)
         for piece in range(1, pieces.max() + 1):
             part[own[pieces == piece]] = part.max() + 1
@@ -108,6 +111,10 @@ def _stands_alone(
     if count < LEAST:
         return False
     mine = positions[own]
+    neighbour = int((pieces == np.bincount(pieces[outer]).argmax()).sum())
+    slight = _width(mine) < _NARROW or np.percentile(mine[:, 2], 95) < _LOW
+    if slight and count < _MINOR * neighbour:
+        return False
     if np.percentile(mine[:, 2], 2) < _REACHES_DOWN:
         return True
     below = (normals[outer, 2] > _FACES_UP) & (positions[outer, 2] < positions[inner, 2] + _CELL)
