@@ -70,7 +70,7 @@ def insides_joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray,
     part = part.copy()
     waiting = [
         k for k, size in zip(*np.unique(part[part >= 0], return_counts=True), strict=True)
-        if size >= _PIECE and _is_inside(part == k, positions, normals)
+        if size >= _PIECE and is_inside(part == k, positions, normals)
     ]  # fmt: skip
     while waiting:
         one = waiting.pop()
@@ -86,8 +86,14 @@ def insides_joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray,
     return part
 
 
-def _is_inside(own: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> bool:
-    """Return whether a part (V,) is concave, and ends in an upright wall, not in a top."""
+def is_inside(own: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> bool:
+    """Return whether a part is concave, and ends in an upright wall, not in a top.
+
+    Args:
+        own: (V,) its voxels.
+        positions: (V, 3) level frame, metres.
+        normals: (V, 3) unit, toward the camera.
+    """
     if _hollow(own, positions, normals) > _CONCAVE:
         return False
     height = positions[own, 2]

@@ -15,7 +15,7 @@ from agent.perception.height_map import table_relief
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
 from agent.perception.table_extent import reachable, seen_rectangle
-from agent.perception.table_plane import FARTHEST, table_plane
+from agent.perception.table_plane import FARTHEST, on_walls, table_plane
 from agent.perception.world_frame import base_from_camera, world_frame
 from agent.recordings.recording import Recording
 from structdiffusion.geometry import transform_points
@@ -41,6 +41,8 @@ def segment(recording: Recording) -> Segments:
         pixels, points, distance = pixels[~arm], points[~arm], distance[~arm]
     plane = table_plane(points, None if base_from_cam is None else base_from_cam[2, :3])
     level = transform_points(plane.level_from_camera, points)
+    kept = ~on_walls(points, plane.walls)
+    pixels, points, distance, level = pixels[kept], points[kept], distance[kept], level[kept]
     relief = table_relief(level, plane.level_from_camera[:3, 3], distance, pixels, shape)
     steep = border = np.zeros(len(pixels), dtype=bool)
     if frame.organised:

@@ -12,7 +12,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.convexity import convex_pieces
-from agent.perception.merging import HOLLOW, hollowness, insides_joined
+from agent.perception.merging import HOLLOW, hollowness, insides_joined, is_inside
 
 LEAST = 80  # voxels of each object
 _SHARE = 0.2  # of the other's voxels that the smaller has, at a neck
@@ -20,11 +20,17 @@ _LEAST_HEIGHT = 0.03  # m: lower things have no valleys that a camera sees
 _REACHES_DOWN = 0.025  # m above the table
 _ACROSS_VALLEY = 0.8  # of the reach within which voxels are neighbours
 _FACES_UP = 0.7  # upward part of the normal of a surface that things stand on
-_CARRIES = 0.3  # of the voxels that a piece meets face up, and lie below its own
+_UPRIGHT = 0.5  # of a side that rises from it
+_BEYOND_EDGE = 0.022  # m from an edge: the normals are those of the surfaces on both sides of it
+_CARRIES = 0.3  # of a piece's border lies on such a surface, and of the piece near it is such a side
 _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a part of it
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
-_MINOR = 0.3  # of the other's voxels has a piece that is too narrow or too low to be seen as an object beside it
-_NARROW, _LOW = 0.026, 0.03  # m
+_RIM_HEIGHT = 0.02  # m between the upper ends of the inside and the outside of a vessel
+_WITHIN = 0.6  # of what stands in a vessel lies within the inside's outline
+_FOOTING = 0.45  # of its own length is what it stands on at least
+_BEHIND = 0.03  # m
+_THIN_SHARE, _LOW_SHARE = 0.5, 0.3  # of the other's voxels has a piece too narrow or too low to stand beside it
+_NARROW, _LOW = 0.022, 0.03  # m
 _APART = 0.35  # of the smaller outline at most lies in the other: touching things only overlap by what was not seen
 _CELL = 0.004  # m, seen from above
 _NECK = 0.6  # of the smaller thing's half width at most is the neck's
@@ -48,6 +54,7 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
             continue
         pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach)
         pieces = insides_joined(pieces, positions[own], normals[own], 1.5 * reach)
+        pieces = _vessels_joined(pieces, positions[own], normals[own], reach)
         pieces = _objects_among(pieces, positions[own], normals[own], eye, reach)
         for piece in range(1, pieces.max() + 1):
             part[own[pieces == piece]] = part.max() + 1
@@ -59,6 +66,29 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
     return part
 
 
+def _vessels_joined(
+    pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: float
+) -> np.ndarray:
+    """Join the inside of a vessel with the outside that ends at the same height beside it."""
+    pieces = pieces.copy()
+    inside = [k for k in np.unique(pieces) if (pieces == k).sum() >= LEAST / 2 and is_inside(pieces == k, positions, normals)]
+    for one in inside:
+        own = positions[pieces == one]
+        outline = shapely.LineString(own[:, :2]).convex_hull
+        tree, best, most = cKDTree(own), None, 0
+        for other in np.unique(pieces):
+            its = positions[pieces == other]
+            if other == one or abs(np.percentile(its[:, 2], 95) - np.percentile(own[:, 2], 95)) > _RIM_HEIGHT:
+                continue
+            border = int((tree.query(its, distance_upper_bound=reach)[0] < reach).sum())
+            # What stands in it is not its outside.
+            if border > most and shapely.contains_xy(outline, its[:, :2]).mean() < _WITHIN:
+                best, most = other, border
+        if best is not None:
+            pieces[pieces == one] = best
+    return pieces
+
+
 def _objects_among(
     pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float
 ) -> np.ndarray:
@@ -67,25 +97,20 @@ def _objects_among(
     """
     one, other = cKDTree(positions).query_pairs(reach, output_type="ndarray").T
     pieces = pieces.copy()
-    settled: set[tuple[int, int]] = set()  # pieces that stand, with their sizes: larger ones are looked at again
     while True:
+        across = pieces[one] != pieces[other]
+        one, other = one[across], other[across]
         sizes = np.bincount(pieces)
         for piece in np.argsort(sizes):
-            if not sizes[piece] or (int(piece), int(sizes[piece])) in settled:
-                continue
-            across = pieces[one] != pieces[other]
-            mine = across & ((pieces[one] == piece) | (pieces[other] == piece))
+            mine = (pieces[one] == piece) | (pieces[other] == piece)
             if not mine.any():  # too far from the others
-                settled.add((int(piece), int(sizes[piece])))
                 continue
-            inner = np.where(pieces[one[mine]] == piece, one[mine], other[mine])
-            outer = np.where(pieces[one[mine]] == piece, other[mine], one[mine])
-            border = np.bincount(pieces[outer], minlength=len(sizes))
-            if _stands_alone(pieces == piece, inner, outer, pieces, positions, normals, eye):
-                settled.add((int(piece), int(sizes[piece])))
-                continue
-            pieces[pieces == piece] = int(border.argmax())
-            break
+            swapped = pieces[one[mine]] != piece
+            inner = np.where(swapped, other[mine], one[mine])
+            outer = np.where(swapped, one[mine], other[mine])
+            if not _stands_alone(pieces == piece, inner, outer, pieces, positions, normals, eye):
+                pieces[pieces == piece] = int(np.bincount(pieces[outer]).argmax())
+                break
         else:
             return np.unique(pieces, return_inverse=True)[1]
 
@@ -111,18 +136,47 @@ def _stands_alone(
     if count < LEAST:
         return False
     mine = positions[own]
-    neighbour = int((pieces == np.bincount(pieces[outer]).argmax()).sum())
-    slight = _width(mine) < _NARROW or np.percentile(mine[:, 2], 95) < _LOW
-    if slight and count < _MINOR * neighbour:
+    neighbour = max(int((pieces == k).sum()) for k in np.unique(pieces[outer]))
+    if _width(mine) < _NARROW and count < _THIN_SHARE * neighbour:
+        return False
+    if np.percentile(mine[:, 2], 95) < _LOW and count < _LOW_SHARE * neighbour:
         return False
     if np.percentile(mine[:, 2], 2) < _REACHES_DOWN:
         return True
-    below = (normals[outer, 2] > _FACES_UP) & (positions[outer, 2] < positions[inner, 2] + _CELL)
-    if below.mean() > _CARRIES and _width(mine) > _NARROWEST:
+    if _is_carried(own, np.unique(inner), np.isin(pieces, pieces[outer]), positions, normals):
         return True
     front = pieces[outer[np.linalg.norm(positions[outer, :2] - eye[:2], axis=1).argmin()]]
     hider = positions[pieces == front]
-    return count > _HIDDEN_SHARE * len(hider) and _is_behind(mine, hider, eye)
+    # What floats behind something and ends at the same height is its far side.
+    apart = abs(np.percentile(mine[:, 2], 95) - np.percentile(hider[:, 2], 95)) > _RIM_HEIGHT
+    return apart and count > _HIDDEN_SHARE * len(hider) and _is_behind(mine, hider, eye)
+
+
+def _is_carried(
+    own: np.ndarray, border: np.ndarray, others: np.ndarray, positions: np.ndarray, normals: np.ndarray
+) -> bool:
+    """Return whether a piece rises from a surface that faces up and is as large as it needs to stand on it.
+
+    Args:
+        own: (V,) its voxels.
+        border: (B,) those at its border with other pieces.
+        others: (V,) the voxels of the other pieces there.
+        positions, normals: as `split` takes them.
+    """
+    mine = positions[own]
+    if _width(mine) < _NARROWEST:
+        return False
+    tops = positions[others & (normals[:, 2] > _FACES_UP)]
+    if not len(tops):
+        return False
+    # The normals at the edge itself are those of neither surface.
+    away, nearest = cKDTree(tops).query(positions[border], distance_upper_bound=_BEYOND_EDGE)
+    on_top = np.isfinite(away)
+    on_top[on_top] = tops[nearest[on_top], 2] < positions[border[on_top], 2] + _CELL
+    if on_top.mean() < _CARRIES or _length(positions[border[on_top]]) < _FOOTING * _length(mine):
+        return False
+    near = cKDTree(positions[border[on_top]]).query(mine, distance_upper_bound=_BEYOND_EDGE)[0] < _BEYOND_EDGE
+    return bool((normals[own][near, 2] < _UPRIGHT).mean() > _CARRIES)
 
 
 def _width(positions: np.ndarray) -> float:
@@ -131,11 +185,16 @@ def _width(positions: np.ndarray) -> float:
     return float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())
 
 
+def _length(positions: np.ndarray) -> float:
+    """Return the largest extent, metres, of voxels (V, 3) seen from above."""
+    return float(np.linalg.norm(np.ptp(positions[:, :2], axis=0)))
+
+
 def _is_behind(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:
-    """Return whether the foot of an object (V, 3) is farther away than another object."""
+    """Return whether the foot of an object (V, 3) is clearly farther away than another object."""
     foot = thing[thing[:, 2] < np.percentile(thing[:, 2], 20)]
     away, its = (np.linalg.norm(points[:, :2] - eye[:2], axis=1).mean() for points in (other, foot))
-    return bool(away < its)
+    return bool(away + _BEHIND < its)
 
 
 def _by_necks(positions: np.ndarray) -> np.ndarray:

@@ -27,6 +27,8 @@ _TALLEST = 0.4  # m above a table: what stands on it
 _MOST_THROUGH = 1.0  # times as many points behind a plane as in it: it is none, but a slice of something else
 _GRID = 0.025  # m, of the cells by which the points of a plane are connected
 _WALL_AREA, _CROSSWISE = 0.2, 0.2  # m2 of a wall, and the cosine of its angle with a floor
+_CONNECTED = 0.2  # of a plane's points lie in its largest part: otherwise they are scattered ones
+_AT_WALL = 0.03  # m: noise of a wall behind the table
 _SLANT = math.cos(math.radians(5.0)), math.cos(math.radians(40.0))
 _LOWEST_CAMERA = 0.08  # m above the table
 _UPRIGHT = math.cos(math.radians(25.0))  # a table may lean from a known up by a bad calibration's error
@@ -39,11 +41,11 @@ class TablePlane:
 
     Attributes:
         level_from_camera: (4, 4) to a frame in the plane below the camera: z up, x where the camera looks.
-        planes: how many planes were seen.
+        walls: (W, 4) planes of large upright surfaces, camera frame: n . p + d = 0.
     """
 
     level_from_camera: np.ndarray
-    planes: int
+    walls: np.ndarray
 
     @property
     def up(self) -> np.ndarray:
@@ -80,7 +82,12 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
             f"({how}); planes seen: {seen}"
         )
     best = candidates[int(np.argmax(scores))]
-    return TablePlane(_level(_refined(best, near)), len(candidates))
+    return TablePlane(_level(_refined(best, near)), _walls(best, candidates, thin))
+
+
+def on_walls(points: np.ndarray, walls: np.ndarray) -> np.ndarray:
+    """Return which points (P, 3) lie on one of the planes (W, 4) of walls, as far as noise reaches."""
+    return (np.abs(points @ walls[:, :3].T + walls[:, 3]) < _AT_WALL).any(axis=1)
 
 
 def _planes(thin: np.ndarray) -> list[np.ndarray]:
@@ -117,8 +124,11 @@ def _score(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray, up: np
     # Beyond half a square metre more is no better: the floor is always the largest.
     area = min(flat.sum() * _CELL**2, 0.5)
     lies = _level(plane)
-    seen = _outline(transform_points(lies, thin[flat])[:, :2])
-    standing = (above > _INLIER) & (above < _TALLEST) & ~_on_walls(plane, others, thin)
+    seen, share = _outline(transform_points(lies, thin[flat])[:, :2])
+    if share < _CONNECTED:
+        return 0.0
+    # The foot of a wall is nothing that stands on a floor.
+    standing = (above > _INLIER) & (above < _TALLEST) & ~on_walls(thin, _walls(plane, others, thin))
     on_it = transform_points(lies, thin[standing])[:, :2]
     things = int(shapely.contains_xy(seen, on_it).sum())
     nearness = 1.0 / (1.0 + (np.median(np.linalg.norm(thin[flat], axis=1)) / _NEAR) ** 2)
@@ -131,16 +141,14 @@ def _score(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray, up: np
     return upright * area * nearness * (0.2 + min(things, 400) / 400) / (1.0 + 3.0 * through)
 
 
-def _on_walls(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray) -> np.ndarray:
-    """Return the points (P,) on large planes at right angles to a plane: the foot of a wall is nothing that stands
-    on a floor.
-    """
-    walls = np.zeros(len(thin), dtype=bool)
-    for other in others:
-        on_it = np.abs(thin @ other[:3] + other[3]) < 2 * _INLIER
-        if abs(other[:3] @ plane[:3]) < _CROSSWISE and on_it.sum() * _CELL**2 > _WALL_AREA:
-            walls |= on_it
-    return walls
+def _walls(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray) -> np.ndarray:
+    """Return the large planes (W, 4) at right angles to a plane."""
+    walls = [
+        other for other in others
+        if abs(other[:3] @ plane[:3]) < _CROSSWISE
+        and (np.abs(thin @ other[:3] + other[3]) < _INLIER).sum() * _CELL**2 > _WALL_AREA
+    ]  # fmt: skip
+    return np.array(walls).reshape(-1, 4)
 
 
 def _cuts_slantwise(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray) -> bool:
@@ -154,14 +162,15 @@ def _cuts_slantwise(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarra
     )
 
 
-def _outline(flat: np.ndarray) -> shapely.Geometry:
-    """Return the convex outline of the largest connected part of a plane's points (P, 2)."""
+def _outline(flat: np.ndarray) -> tuple[shapely.Geometry, float]:
+    """Return the convex outline of the largest connected part of a plane's points (P, 2), and its share of them."""
     place = ((flat - flat.min(axis=0)) / _GRID).astype(int)
     cells = np.zeros(place.max(axis=0) + 1, dtype=bool)
     cells[place[:, 0], place[:, 1]] = True
     parts, _ = ndimage.label(cells, np.ones((3, 3)))
     part = parts[place[:, 0], place[:, 1]]
-    return shapely.MultiPoint(flat[part == np.bincount(part).argmax()]).convex_hull
+    largest = part == np.bincount(part).argmax()
+    return shapely.MultiPoint(flat[largest]).convex_hull, float(largest.mean())
 
 
 def _plane_in_words(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> str:

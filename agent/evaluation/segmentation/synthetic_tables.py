@@ -141,8 +141,11 @@ def _surroundings(half: np.ndarray, rng: np.random.Generator) -> list[_Part]:
     parts = [_looks(table, _TABLE, rng, False), _looks(floor, _FLOOR, rng, False)]
     if rng.random() < 0.67:
         wall = trimesh.creation.box((0.02, 8.0, 4.0))
-        wall.apply_translation((half[0] + rng.uniform(0.02, 0.6), 0.0, 0.5))
-        wall.apply_transform(pose_from_xyz_yaw(0.0, 0.0, 0.0, rng.uniform(-0.3, 0.3)))
+        turn = rng.uniform(-0.3, 0.3)
+        # As near as it may stand without cutting through a corner of the table.
+        behind = half[0] * math.cos(turn) + half[1] * abs(math.sin(turn)) + 0.01
+        wall.apply_translation((behind + rng.uniform(0.01, 0.6), 0.0, 0.5))
+        wall.apply_transform(pose_from_xyz_yaw(0.0, 0.0, 0.0, turn))
         parts.append(_looks(wall, _WALL, rng, False))
     return parts
 
