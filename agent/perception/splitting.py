@@ -21,16 +21,17 @@ _REACHES_DOWN = 0.025  # m above the table
 _ACROSS_VALLEY = 0.8  # of the reach within which voxels are neighbours
 _FACES_UP = 0.7  # upward part of the normal of a surface that things stand on
 _UPRIGHT = 0.5  # of a side that rises from it
+_AT_FOOT, _SLOPING = 25, 0.01  # percent of a piece lie below where it stands at most, and m that noise adds
 _BEYOND_EDGE = 0.022  # m from an edge: the normals are those of the surfaces on both sides of it
 _CARRIES = 0.3  # of a piece's border lies on such a surface, and of the piece near it is such a side
 _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a part of it
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
 _RIM_HEIGHT = 0.02  # m between the upper ends of the inside and the outside of a vessel
 _WITHIN = 0.6  # of what stands in a vessel lies within the inside's outline
-_FOOTING = 0.45  # of its own length is what it stands on at least
+_FOOTING = 0.55  # of its own length is what it stands on at least
 _BEHIND = 0.03  # m
 _THIN_SHARE, _LOW_SHARE = 0.5, 0.3  # of the other's voxels has a piece too narrow or too low to stand beside it
-_NARROW, _LOW = 0.022, 0.03  # m
+_NARROW, _LOW = 0.024, 0.03  # m
 _APART = 0.35  # of the smaller outline at most lies in the other: touching things only overlap by what was not seen
 _CELL = 0.004  # m, seen from above
 _NECK = 0.6  # of the smaller thing's half width at most is the neck's
@@ -101,7 +102,8 @@ def _objects_among(
         across = pieces[one] != pieces[other]
         one, other = one[across], other[across]
         sizes = np.bincount(pieces)
-        for piece in np.argsort(sizes):
+        # A handle last: what it belongs to does not stand on it.
+        for piece in sorted(np.flatnonzero(sizes), key=lambda k: (_is_thin(pieces == k, positions), sizes[k])):
             mine = (pieces[one] == piece) | (pieces[other] == piece)
             if not mine.any():  # too far from the others
                 continue
@@ -109,7 +111,10 @@ def _objects_among(
             inner = np.where(swapped, other[mine], one[mine])
             outer = np.where(swapped, one[mine], other[mine])
             if not _stands_alone(pieces == piece, inner, outer, pieces, positions, normals, eye):
-                pieces[pieces == piece] = int(np.bincount(pieces[outer]).argmax())
+                border = np.bincount(pieces[outer])
+                pieces[pieces == piece] = max(
+                    np.flatnonzero(border), key=lambda k: (not _is_thin(pieces == k, positions), border[k])
+                )
                 break
         else:
             return np.unique(pieces, return_inverse=True)[1]
@@ -141,7 +146,7 @@ def _stands_alone(
         return False
     if np.percentile(mine[:, 2], 95) < _LOW and count < _LOW_SHARE * neighbour:
         return False
-    if np.percentile(mine[:, 2], 2) < _REACHES_DOWN:
+    if np.percentile(mine[:, 2], 5) < _REACHES_DOWN:
         return True
     if _is_carried(own, np.unique(inner), np.isin(pieces, pieces[outer]), positions, normals):
         return True
@@ -175,8 +180,14 @@ def _is_carried(
     on_top[on_top] = tops[nearest[on_top], 2] < positions[border[on_top], 2] + _CELL
     if on_top.mean() < _CARRIES or _length(positions[border[on_top]]) < _FOOTING * _length(mine):
         return False
+    if np.median(positions[border[on_top], 2]) > np.percentile(mine[:, 2], _AT_FOOT) + _SLOPING:
+        return False
     near = cKDTree(positions[border[on_top]]).query(mine, distance_upper_bound=_BEYOND_EDGE)[0] < _BEYOND_EDGE
     return bool((normals[own][near, 2] < _UPRIGHT).mean() > _CARRIES)
+
+
+def _is_thin(own: np.ndarray, positions: np.ndarray) -> bool:
+    return bool(own.sum() >= LEAST and _width(positions[own]) < _NARROW)
 
 
 def _width(positions: np.ndarray) -> float:
