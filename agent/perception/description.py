@@ -17,9 +17,12 @@ _MOST_WORDS = 2
 _TOP = 99.5  # percent of the points lie below an object's top; noise lifts the others
 
 
-def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the upright box around points (P, 3) on the table: its pose (4, 4), x along the longer side, and sides
-    (3,).
+def oriented_box(points: np.ndarray, bottom: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the upright box around points (P, 3): its pose (4, 4), x along the longer side, and its sides (3,).
+
+    Args:
+        points: of an object, metres.
+        bottom: z of what it stands on; 0 is the table.
     """
     top = float(np.percentile(points[:, 2], _TOP))
     corners = np.array(shapely.LineString(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
@@ -28,7 +31,9 @@ def oriented_box(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     longer = int(lengths.argmax())
     yaw = float(np.arctan2(edges[longer, 1], edges[longer, 0]))
     center = corners.mean(axis=0)
-    return pose_from_xyz_yaw(center[0], center[1], top / 2, yaw), np.array([lengths.max(), lengths.min(), top])
+    return pose_from_xyz_yaw(center[0], center[1], (top + bottom) / 2, yaw), np.array(
+        [lengths.max(), lengths.min(), top - bottom]
+    )
 
 
 def shape_words(sides: Sequence[np.ndarray]) -> list[list[str]]:

@@ -27,6 +27,9 @@ def print_objects(segments: Segments, results: TextIO) -> None:
             f"{length:8.3f}{width:7.3f}{height:8.3f}{len(found.points):8d}",
             file=results,
         )
+    for found in segments.objects:
+        if found.rests_on:
+            print(f"{found.name} rests on {found.rests_on}", file=results)
     many = len(segments.objects)
     objects = f"{many or 'no'} object{'' if many == 1 else 's'}"
     print(f"{objects} on a table that was seen {_rectangle_in_words(segments.surface)}", file=results)
@@ -51,6 +54,8 @@ def objects_json(segments: Segments) -> dict[str, Any]:
                 "length": _round(found.sides[0]),
                 "width": _round(found.sides[1]),
                 "height": _round(found.sides[2]),
+                "rests_on": found.rests_on or None,
+                "bottom": _round(found.bottom),
                 "points": len(found.points),
                 "color": None if found.colors is None else np.median(found.colors, axis=0).astype(int).tolist(),
                 "world_from_box": _rows(found.world_from_box),

@@ -14,6 +14,7 @@ from agent.perception.description import oriented_box, shape_words
 from agent.perception.height_map import table_relief
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
+from agent.perception.supports import supports_of
 from agent.perception.table_extent import reachable, seen_rectangle
 from agent.perception.table_plane import FARTHEST, on_walls, table_plane
 from agent.perception.world_frame import base_from_camera, world_frame
@@ -117,7 +118,8 @@ def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:
 
 def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.ndarray]) -> tuple[Segment, ...]:
     """Return the objects with their names."""
-    boxes = [oriented_box(world[own]) for own in members]
+    supports = supports_of([world[own] for own in members])
+    boxes = [oriented_box(world[own], on.bottom) for own, on in zip(members, supports, strict=True)]
     shapes = shape_words([sides for _, sides in boxes])
     white = 100.0 if colors is None else lightness_of_white(colors)
     found = []
@@ -125,5 +127,7 @@ def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.nda
         its = None if colors is None else colors[own]
         words = [*([] if its is None else [color_word(lab(its), white)]), *shapes[index]]
         name = f"object {index + 1}"
-        found.append(Segment(name, ", ".join((name, *words)), world[own], its, pose, sides))
+        on = supports[index]
+        carrier = "" if on.carrier is None else f"object {on.carrier + 1}"
+        found.append(Segment(name, ", ".join((name, *words)), world[own], its, pose, sides, carrier, on.bottom))
     return tuple(found)

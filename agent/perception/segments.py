@@ -24,6 +24,8 @@ class Segment:
         colors: (P, 3) uint8 RGB, or `None`.
         world_from_box: (4, 4) its oriented box: z up, x along the longer side, the origin in the middle.
         sides: (3,) of that box, metres.
+        rests_on: the name of the object that it stands on or in; empty for the table.
+        bottom: metres above the table at which it stands.
     """
 
     name: str
@@ -32,6 +34,8 @@ class Segment:
     colors: np.ndarray | None
     world_from_box: np.ndarray
     sides: np.ndarray
+    rests_on: str = ""
+    bottom: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a p
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
 _RIM_HEIGHT = 0.02  # m between the upper ends of the inside and the outside of a vessel
 _WITHIN = 0.6  # of what stands in a vessel lies within the inside's outline
-_FOOTING = 0.55  # of its own length is what it stands on at least
+_FOOTING = 0.6  # of its own width, as it is seen, is what it stands on at least
 _BEHIND = 0.03  # m
 _THIN_SHARE, _LOW_SHARE = 0.5, 0.3  # of the other's voxels has a piece too narrow or too low to stand beside it
 _NARROW, _LOW = 0.024, 0.03  # m
@@ -148,7 +148,7 @@ def _stands_alone(
         return False
     if np.percentile(mine[:, 2], 5) < _REACHES_DOWN:
         return True
-    if _is_carried(own, np.unique(inner), np.isin(pieces, pieces[outer]), positions, normals):
+    if _is_carried(own, np.unique(inner), np.isin(pieces, pieces[outer]), positions, normals, eye):
         return True
     front = pieces[outer[np.linalg.norm(positions[outer, :2] - eye[:2], axis=1).argmin()]]
     hider = positions[pieces == front]
@@ -158,7 +158,12 @@ def _stands_alone(
 
 
 def _is_carried(
-    own: np.ndarray, border: np.ndarray, others: np.ndarray, positions: np.ndarray, normals: np.ndarray
+    own: np.ndarray,
+    border: np.ndarray,
+    others: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    eye: np.ndarray,
 ) -> bool:
     """Return whether a piece rises from a surface that faces up and is as large as it needs to stand on it.
 
@@ -166,7 +171,7 @@ def _is_carried(
         own: (V,) its voxels.
         border: (B,) those at its border with other pieces.
         others: (V,) the voxels of the other pieces there.
-        positions, normals: as `split` takes them.
+        positions, normals, eye: as `split` takes them.
     """
     mine = positions[own]
     if _width(mine) < _NARROWEST:
@@ -178,7 +183,9 @@ def _is_carried(
     away, nearest = cKDTree(tops).query(positions[border], distance_upper_bound=_BEYOND_EDGE)
     on_top = np.isfinite(away)
     on_top[on_top] = tops[nearest[on_top], 2] < positions[border[on_top], 2] + _CELL
-    if on_top.mean() < _CARRIES or _length(positions[border[on_top]]) < _FOOTING * _length(mine):
+    if on_top.mean() < _CARRIES:
+        return False
+    if _across(positions[border[on_top]], eye, mine) < _FOOTING * _across(mine, eye, mine):
         return False
     if np.median(positions[border[on_top], 2]) > np.percentile(mine[:, 2], _AT_FOOT) + _SLOPING:
         return False
@@ -196,9 +203,12 @@ def _width(positions: np.ndarray) -> float:
     return float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())
 
 
-def _length(positions: np.ndarray) -> float:
-    """Return the largest extent, metres, of voxels (V, 3) seen from above."""
-    return float(np.linalg.norm(np.ptp(positions[:, :2], axis=0)))
+def _across(positions: np.ndarray, eye: np.ndarray, thing: np.ndarray) -> float:
+    """Return the extent, metres, of voxels (V, 3) across the line of sight to an object (T, 3), seen from above."""
+    sight = thing[:, :2].mean(axis=0) - eye[:2]
+    beside = np.array([-sight[1], sight[0]]) / max(float(np.linalg.norm(sight)), 1e-9)
+    low, high = np.percentile(positions[:, :2] @ beside, (2, 98))
+    return float(high - low)
 
 
 def _is_behind(thing: np.ndarray, other: np.ndarray, eye: np.ndarray) -> bool:

@@ -178,7 +178,7 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
         said = options.nouns.get(found.name, _UNKNOWN)
         noun = read_name(said).head or said
         name = found.name.replace(_UNKNOWN, said, 1)
-        clouds.append(ObjectCloud(name, noun, found.points, found.colors))
+        clouds.append(ObjectCloud(name, noun, found.points, found.colors, bottom=found.bottom))
         display_names.append(found.display_name.replace(_UNKNOWN, said, 1))
     bodies = bodies_of(clouds, segments.world_from_camera)
     return tuple(
@@ -198,7 +198,7 @@ def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) ->
     """Say why the arm cannot grasp an object; empty if it can."""
     if table.overhang(world_from_object[None, :2, 3]) > 0.0:
         return "out of the arm's reach"
-    return "" if can_be_grasped(cloud.points) else "no grasp fits the hand"
+    return "" if can_be_grasped(cloud.points, cloud.bottom) else "no grasp fits the hand"
 
 
 class RecordedScene(TableScene):

@@ -28,16 +28,17 @@ class Recorded:
     world_from_camera: np.ndarray
 
 
-Record = Callable[[Sequence[tuple[ObjectModel, float, float, float]]], Recorded]
+Record = Callable[[Sequence[tuple]], Recorded]  # object, x, y, yaw, and z where that is not 0
 
 
 @pytest.fixture(scope="session")
 def record() -> Record:
-    """Records objects that stand at (x, y) with a yaw, m and rad."""
+    """Records objects that stand at (x, y) with a yaw, and a height where they stand on others, m and rad."""
 
-    def recorded(placed: Sequence[tuple[ObjectModel, float, float, float]]) -> Recorded:
+    def recorded(placed: Sequence[tuple]) -> Recorded:
         models = [model for model, *_ in placed]
-        poses = np.array([pose_from_xyz_yaw(x, y, 0.0, yaw) for _, x, y, yaw in placed]).reshape(-1, 4, 4)
+        poses = [pose_from_xyz_yaw(x, y, z[0] if z else 0.0, yaw) for _, x, y, yaw, *z in placed]
+        poses = np.array(poses).reshape(-1, 4, 4)
         rng = np.random.default_rng(0)
         with TableScene(models, poses, len(models), rng) as table:
             image, camera, bodies = table.world.look(rng), table.world.camera, list(table.world.bodies)

@@ -11,6 +11,7 @@ import pytest
 
 from agent.arm.kinematics import WORLD_FROM_BASE
 from agent.errors import BadInput
+from agent.evaluation.segmentation.synthetic_tables import synthetic_table
 from agent.perception.segmentation import segment
 from agent.perception.segments import ARM, TABLE
 from agent.recordings.recording import DepthFrame, Recording
@@ -162,6 +163,39 @@ def test_things_that_touch_are_several(record):
     seen = segment(touching.recording)
     assert len(seen.objects) == 4
     assert min(overlaps(seen.labels, touching.truth)) > 0.75
+
+
+def test_a_stack_is_several_and_its_parts_are_whole(record):
+    stacked = record([
+        (block(0.12, 0.1, 0.06), 0.42, 0.2, 0.3),
+        (block(0.06, 0.05, 0.08, BLUE), 0.42, 0.2, 0.5, 0.06),
+        (can(0.05, 0.07), 0.45, -0.2, 0.0),
+        (can(0.03, 0.06, BLUE), 0.455, -0.2, 0.0, 0.07),
+    ])
+    seen = segment(stacked.recording)
+    assert len(seen.objects) == 4
+    assert min(overlaps(seen.labels, stacked.truth)) > 0.75
+
+
+def test_a_mug_is_one_with_its_inside_and_its_handle(record):
+    mugs = record([(procedural_object("mug", number), 0.5, 0.3 - 0.2 * number, 0.9 * number) for number in range(4)])
+    seen = segment(mugs.recording)
+    assert len(seen.objects) == 4
+    assert min(overlaps(seen.labels, mugs.truth)) > 0.85
+
+
+def test_what_another_object_cuts_in_two_is_one(record):
+    hidden = record([(block(0.03, 0.2, 0.08), 0.6, 0.0, 0.0), (can(0.025, 0.2, BLUE), 0.47, 0.0, 0.0)])
+    seen = segment(hidden.recording)
+    assert len(seen.objects) == 2
+    assert min(overlaps(seen.labels, hidden.truth)) > 0.8
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_a_table_seen_across_a_corner_is_told_from_the_floor_and_the_wall(number):
+    cloud = synthetic_table("apart", "development", 0, number)
+    seen = segment(Recording(Path("corner.bag"), DepthFrame(cloud.points, cloud.color)))
+    assert min(overlaps(seen.labels, cloud.labels)) > 0.75
 
 
 def test_cutlery_of_half_a_centimetre_is_not_lost(record):

@@ -137,6 +137,30 @@ def test_a_run_over_a_recording_ends_as_a_run(bag):
     assert happened[-1].success
 
 
+def test_a_stack_is_kept_as_it_was_seen_and_taken_apart_from_the_top(tmp_path):
+    models = [
+        block("below", (0.07, 0.07, 0.06), RED),
+        block("above", (0.045, 0.045, 0.05), GREEN),
+        block("beside", (0.05, 0.05, 0.05), RED),
+    ]
+    places = ((0.45, 0.1, 0.0), (0.45, 0.1, 0.06), (0.4, -0.2, 0.0))
+    poses = np.array([pose_from_xyz_yaw(x, y, z, 0.2) for x, y, z in places])
+    with TableScene(models, poses, 3, np.random.default_rng(0)) as table:
+        record_session(table, tmp_path / "stack.bag", np.random.default_rng(0))
+    source = RecordedSource(tmp_path / "stack.bag")
+    above, below, _ = sorted(source.segments.objects, key=lambda each: -each.bottom)
+    assert above.rests_on == below.name or below.rests_on == ""
+    upper = next(each for each in source.objects if each.name == above.name)
+    assert upper.world_from_object[2, 3] == pytest.approx(0.06, abs=0.006)
+    assert upper.model.height == pytest.approx(0.05, abs=0.006)
+    options = RunOptions(scene=str(tmp_path / "stack.bag"), model="geometric")
+    happened = list(run_instruction("put everything in a line", options))
+    placed = [event.name for event in happened if isinstance(event, events.Placed)]
+    carrier = next(each.name for each in source.segments.objects if each.name == above.rests_on)
+    assert placed.index(above.name) < placed.index(carrier)
+    assert happened[-1].success
+
+
 def test_an_unknown_noun_is_reported_with_what_would_help(bag):
     *_, failed, _ = run_instruction("stack the cups", RunOptions(str(bag), model="geometric", execute=False))
     assert "names 'cup'; there is only: object 1, red" in failed.message

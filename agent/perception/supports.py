@@ -1,0 +1,58 @@
+"""Find out which objects stand on others, and how high."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+_LIFTED = 0.02  # m: what begins lower stands on the table, unless it lies within another object
+_OVER, _WITHIN = 0.3, 0.7  # of its outline, seen from above, lies over what carries it; or within it
+_BESIDE = 0.025  # m about its outline, where the surface that carries it is seen
+_HIGHER, _LOWER = 0.012, 0.03  # m above and below an object's lower end at which that surface is seen
+_LOW_END = 2  # percent of its points lie below its lower end
+_SAME = 0.01  # m: what carries an object begins lower than the object by more
+
+
+@dataclass(frozen=True)
+class Support:
+    """What an object stands on.
+
+    Attributes:
+        carrier: index of the object that carries it; `None` for the table.
+        bottom: metres above the table at which it stands.
+    """
+
+    carrier: int | None = None
+    bottom: float = 0.0
+
+
+def supports_of(clouds: Sequence[np.ndarray]) -> list[Support]:
+    """Return what each object stands on.
+
+    Args:
+        clouds: (P, 3) the points of each object, metres, z = 0 on the table.
+    """
+    outlines = [shapely.MultiPoint(points[:, :2]).convex_hull for points in clouds]
+    ends = [float(np.percentile(points[:, 2], _LOW_END)) for points in clouds]
+    return [_support(index, clouds, outlines, ends) for index in range(len(clouds))]
+
+
+def _support(
+    index: int, clouds: Sequence[np.ndarray], outlines: Sequence[shapely.Geometry], ends: Sequence[float]
+) -> Support:
+    end, outline = ends[index], outlines[index]
+    near = outline.buffer(_BESIDE)
+    best = Support()
+    for other, points in enumerate(clouds):
+        share = outline.intersection(outlines[other]).area / max(outline.area, 1e-9)
+        if other == index or share < (_OVER if end > _LIFTED else _WITHIN) or ends[other] > end - _SAME:
+            continue
+        # Seen about its foot: the surface itself is hidden by what stands on it.
+        about = points[shapely.contains_xy(near, points[:, 0], points[:, 1]), 2]
+        level = about[(about < end + _HIGHER) & (about > end - _LOWER)]
+        if len(level) and (best.carrier is None or level.max() > best.bottom):
+            best = Support(other, float(min(end, np.percentile(level, 90))))
+    return best
