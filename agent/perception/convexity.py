@@ -1,8 +1,9 @@
 """Divide surfaces at concave edges: where one object stands on another, or beside it, the surfaces meet in a valley.
 
 Voxels are grouped into small patches of one direction. Two patches meet in a valley if their normals lean toward each
-other; they do not meet if one lies before the other, as under an overhang. Patches are then merged pair by pair, the pair whose whole common border is the most convex first, until only
-valleys are left between them: a border is judged as a whole, so that noise in one place of it joins and cuts nothing.
+other; they do not meet if one lies before the other, as under an overhang. Patches are then merged pair by pair, the
+pair whose whole common border is the most convex first, until only valleys are left between them: a border is judged
+as a whole, so that noise in one place of it joins and cuts nothing.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def joined(
 
 
 def insides_joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
-    """Join neighbouring parts of the inside of one vessel, whose wall is one valley; return the part (V,) of each voxel.
+    """Join neighbouring parts of the inside of one vessel, whose wall is one valley; return each voxel's part (V,).
 
     Args:
         part: (V,) the part of each voxel, -1 for none.

@@ -28,7 +28,7 @@ _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a p
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
 _RIM_HEIGHT = 0.02  # m between the upper ends of the inside and the outside of a vessel
 _WITHIN = 0.6  # of what stands in a vessel lies within the inside's outline
-_FOOTING = 0.6  # of its own width, as it is seen, is what it stands on at least
+_FOOTING = 0.5  # of its own width, as it is seen, is what it stands on at least
 _BEHIND = 0.03  # m
 _THIN_SHARE, _LOW_SHARE = 0.5, 0.3  # of the other's voxels has a piece too narrow or too low to stand beside it
 _NARROW, _LOW = 0.024, 0.03  # m
@@ -67,12 +67,12 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
     return part
 
 
-def _vessels_joined(
-    pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: float
-) -> np.ndarray:
+def _vessels_joined(pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
     """Join the inside of a vessel with the outside that ends at the same height beside it."""
     pieces = pieces.copy()
-    inside = [k for k in np.unique(pieces) if (pieces == k).sum() >= LEAST / 2 and is_inside(pieces == k, positions, normals)]
+    inside = [
+        k for k in np.unique(pieces) if (pieces == k).sum() >= LEAST / 2 and is_inside(pieces == k, positions, normals)
+    ]
     for one in inside:
         own = positions[pieces == one]
         outline = shapely.LineString(own[:, :2]).convex_hull

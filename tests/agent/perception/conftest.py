@@ -13,7 +13,6 @@ from agent.arm.state import ArmState
 from agent.recordings.recording import DepthFrame, Recording
 from agent.scenes.table_scene import TableScene
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.objects.model import ObjectModel
 
 JACO = arm_model("j2s7s300")
 FOLDED_ARM = ArmState(JACO.name, dict(zip(JACO.joints, JACO.folded, strict=True)))
