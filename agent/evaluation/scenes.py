@@ -54,7 +54,8 @@ def with_sentences(scenes: Sequence[EvaluationScene], *, parsed: bool) -> list[E
 
     Args:
         scenes: without sentences.
-        parsed: add the parser's result for each sentence, the only input of sentence-conditioned planners.
+        parsed: add the parser's result for each sentence, the only input of sentence-conditioned planners. Shapes that
+            the parser of slots was not taught keep their true slots: goals read those sentences, not this parser.
     """
     if not scenes:
         return []
@@ -63,7 +64,9 @@ def with_sentences(scenes: Sequence[EvaluationScene], *, parsed: bool) -> list[E
         templates = sentences(scene.spec)
         words.append(templates[scene.number % len(templates)])
     parser = EmbeddingParser.from_pretrained()
-    parses = [parser.parse(text) if parsed else None for text in words]
+    taught = parser.reader.answers["shape"]
+    asked = zip(scenes, words, strict=True)
+    parses = [parser.parse(text) if parsed and scene.spec.shape in taught else None for scene, text in asked]
     rows = zip(scenes, words, parser.encoder.encode(words, batch_size=1), parses, strict=True)
     return [
         replace(scene, words=text, embedding=row, parsed=parse.spec if parse else None)
