@@ -121,7 +121,9 @@ def _strange_words(text: str) -> list[str]:
     return found
 
 
-_GRAMMAR = FUNCTION_WORDS | PATTERN_WORDS | NOT_OBJECTS | frozenset(ARRANGING) | frozenset("change fewer than".split())
+_GRAMMAR = FUNCTION_WORDS | PATTERN_WORDS | NOT_OBJECTS | frozenset(ARRANGING) | frozenset(
+    "change fewer than add include insert remove drop lose ditch delete exclude omit skip kick scrap replace exchange substitute".split()
+)
 _CHATTER = frozenset(
     "substitute substituted substituting lovely perfect cool awesome great good nice fine excellent super wonderful brilliant alright right "
     "correct exactly "
