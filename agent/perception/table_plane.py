@@ -28,6 +28,7 @@ _MOST_THROUGH = 1.0  # times as many points behind a plane as in it: it is none,
 _GRID = 0.025  # m, of the cells by which the points of a plane are connected
 _WALL_AREA, _CROSSWISE = 0.2, 0.2  # m2 of a wall, and the cosine of its angle with a floor
 _CONNECTED = 0.2  # of a plane's points lie in its largest part: otherwise they are scattered ones
+_TABLE_AREA, _TABLE_HEIGHT = 0.12, 0.35  # m2 and m above the floor of the lowest and smallest table
 _AT_WALL = 0.03  # m: noise of a wall behind the table
 _SLANT = math.cos(math.radians(5.0)), math.cos(math.radians(40.0))
 _LOWEST_CAMERA = 0.08  # m above the table
@@ -81,7 +82,7 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
             f"there is no table to see: no plane of at least {_LEAST_AREA * 1e4:.0f} cm2 lies level below the camera "
             f"({how}); planes seen: {seen}"
         )
-    best = candidates[int(np.argmax(scores))]
+    best = candidates[int(np.argmax(_floors_doubted(scores, candidates, thin)))]
     return TablePlane(_level(_refined(best, near)), _walls(best, candidates, thin))
 
 
@@ -139,6 +140,20 @@ def _score(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray, up: np
     if through > _MOST_THROUGH:
         return 0.0
     return upright * area * nearness * (0.2 + min(things, 400) / 400) / (1.0 + 3.0 * through)
+
+
+def _floors_doubted(scores: list[float], candidates: list[np.ndarray], thin: np.ndarray) -> list[float]:
+    """Return the scores, halved for planes that lie as far below another level plane as a floor below a table."""
+    large = [
+        plane for plane, score in zip(candidates, scores, strict=True)
+        if score > 0 and (np.abs(thin @ plane[:3] + plane[3]) < _INLIER).sum() * _CELL**2 > _TABLE_AREA
+    ]  # fmt: skip
+    return [
+        score / 2
+        if any(plane[:3] @ one[:3] > _SLANT[0] and plane[3] > one[3] + _TABLE_HEIGHT for one in large)
+        else score
+        for plane, score in zip(candidates, scores, strict=True)
+    ]
 
 
 def _walls(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray) -> np.ndarray:
