@@ -196,8 +196,12 @@ class Conversation(GoalTurns):
     def asks_for_nothing(self, text: str) -> bool:
         """Return whether the parser finds no goal in a line, so that it may be a question."""
         revision = self._revised_goal(text)
+        if revision.status != "refused":
+            return False
+        # A correction that was not understood may ask for nothing on its own: "who won the match?"
+        alone = self._cache.interpreter(self.options.reading).interpret(text).message
         understood = revision.read is not None or revision.plain is not None
-        return revision.status == "refused" and (not understood or REFUSALS["idle"] in revision.message)
+        return not understood or any(REFUSALS["idle"] in message for message in (revision.message, alone))
 
     def _known(self) -> Knowledge:
         return Knowledge(

@@ -61,7 +61,7 @@ def test_sentences_read_as_english():
 
 
 def test_an_empty_spec_has_no_sentence():
-    with pytest.raises(ValueError, match="nothing specified"):
+    with pytest.raises(ValueError, match="at least one slot"):
         sentences(StructureSpec())
 
 

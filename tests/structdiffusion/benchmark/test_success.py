@@ -92,7 +92,7 @@ def test_rates_and_rows(scenes):
     assert [r.verdicts[0].detail for r in results] == [r.verdicts[0].detail for r in again]
 
     report = json.loads(json.dumps(Evaluation(rows_of(results), 2, {"model": "prepared", "seed": 3}).to_dict()))
-    assert report["schema"] == "structagent-success/2" and report["about"]["model"] == "prepared"
+    assert report["schema"] == "structagent-success/3" and report["about"]["model"] == "prepared"
     assert set(report["aggregate"]) == {"line", "tower", "all"}
     every = report["aggregate"]["all"]
     assert every["n"] == 4 and every["success"]["count"] == 0

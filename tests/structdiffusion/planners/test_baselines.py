@@ -145,7 +145,7 @@ def test_networks_that_are_missing_are_said_to_be_made_how(name, tmp_path):
     message = str(error.value)
     assert f"{tmp_path} lacks {network}, " in message and repr(name) in message
     assert f"`structagent train {network} --data SCENES --out {tmp_path / network}`" in message
-    assert "structure, collision, of which" in message  # who judges is missing, too
+    assert "structure, collision, which" in message  # who judges is missing, too
 
 
 @pytest.mark.parametrize("name", ["cvae-paper", "structformer-unranked"])

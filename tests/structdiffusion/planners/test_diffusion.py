@@ -206,7 +206,7 @@ def test_loading_says_what_is_missing(folder, tmp_path):
         load_planner("magic")
     with pytest.raises(CheckpointError, match=f"no folder {tmp_path / 'nowhere'}"):
         load_planner("diffusion", tmp_path / "nowhere")
-    with pytest.raises(CheckpointError, match="lacks diffusion, structure, collision, of which model"):
+    with pytest.raises(CheckpointError, match="lacks diffusion, structure, collision, which model"):
         load_planner("diffusion", tmp_path)
     planner = load_planner("diffusion-tokens", str(folder))
     assert not planner.sentence and isinstance(planner.post_process.ranker, Ranker)
