@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 _UNKNOWN = "object"
 _MESHES = "meshes"  # the folder beside a saved scene file
 _SETTLE_SECONDS = 1.0
+_FELL = "fell off the table as the twin came to rest"
 _STAYS = 0.01  # m: a body that moves farther while the twin comes to rest was completed badly, and that is said
 
 
@@ -135,7 +136,25 @@ class RecordedSource:
             self, [*selected, *(each for each in self.objects if each not in selected)], len(selected), seed
         )
         scene.missing = {each.name: each.trouble for each in asked if each.trouble}
+        self._without_fallen(scene, goal, {self.objects[i].name for i in selection.required})
         return scene
+
+    def _without_fallen(self, scene: RecordedScene, goal: Interpretation, required: set[str]) -> None:
+        """Leave out the participants that fell off the table while the twin came to rest, as phantoms at its edge do.
+
+        Raises:
+            NotBuildable: if the instruction names one of them.
+            SceneError: if too few are left.
+        """
+        taking = scene.names[: scene.count]
+        if not (fell := [name for name in taking if name in scene.fallen]):
+            return
+        if named := [name for name in fell if name in required]:
+            raise NotBuildable(f"the instruction names objects whose bodies {_FELL}: {', '.join(named)}")
+        kept = [name for name in taking if name not in fell]
+        check_count(kept, len(self.objects), goal.spec)
+        scene.missing = {**scene.missing, **dict.fromkeys(fell, f"its body {_FELL}")}
+        scene.involve(kept)
 
     def set_out(self, seed: int) -> RecordedScene:
         """See `SceneSource`."""

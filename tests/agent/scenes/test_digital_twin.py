@@ -1,5 +1,6 @@
 """Recorded scenes as tables: a bag of a simulated scene is seen, completed, talked about, built on and saved."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -120,6 +121,19 @@ def test_what_stands_too_far_away_is_left_where_it_is(bag):
     pose[0, 3] += 5.0
     with pytest.raises(NotBuildable, match=r"none of the 3 objects in .*: object 1, object 2, object 3; .*x 4.94"):
         RecordedSource(bag, RecordedOptions(ReadingOf(world_from_camera=pose)))
+
+
+def test_a_body_that_falls_off_while_the_twin_comes_to_rest_takes_no_part(bag, monkeypatch):
+    source = RecordedSource(bag)
+    far = source.objects[1].world_from_object
+    beyond = pose_from_xyz_yaw(3.0, 0.0, -0.5, 0.0)  # of no table: what a phantom at the edge comes to
+    monkeypatch.setattr(source, "objects", tuple(
+        replace(each, world_from_object=beyond) if each.world_from_object is far else each for each in source.objects
+    ))  # fmt: skip
+    with source.open(a_line(source), 0) as table:
+        assert table.names[: table.count] == ("object 1", "object 3") and table.fallen == ("object 2",)
+        assert "fell off the table" in table.missing["object 2"]
+        assert [cloud.name for cloud in table.look().objects] == ["object 1", "object 3"]
 
 
 def test_a_table_with_nothing_on_it_is_no_scene(tmp_path):
