@@ -17,6 +17,7 @@ from agent.perception.height_map import Relief
 from agent.perception.merging import flat_things_joined, joined
 from agent.perception.occlusion import rejoined
 from agent.perception.splitting import split
+from agent.perception.vessels import vessels_closed
 
 _SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
 _LEAST_SEED, _LEAST_GROW = 0.0025, 0.0012  # m
@@ -108,6 +109,7 @@ def find_objects(
     of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, eye, voxels.reach)
     of_voxel = joined(of_voxel, voxels.positions, facing, lab, eye)
     of_voxel = rejoined(of_voxel, voxels.positions, lab, eye)
+    of_voxel = vessels_closed(of_voxel, voxels.positions, facing)
     # Not the smoothed heights: about a plate's rim these are high where there is table.
     itself = voxels.mean(relief.heights[solid])
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
