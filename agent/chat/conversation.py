@@ -198,10 +198,10 @@ class Conversation(GoalTurns):
         revision = self._revised_goal(text)
         if revision.status != "refused":
             return False
+        if revision.read is None and revision.plain is None or REFUSALS["idle"] in revision.message:
+            return True
         # A correction that was not understood may ask for nothing on its own: "who won the match?"
-        alone = self._cache.interpreter(self.options.reading).interpret(text).message
-        understood = revision.read is not None or revision.plain is not None
-        return not understood or any(REFUSALS["idle"] in message for message in (revision.message, alone))
+        return REFUSALS["idle"] in self._cache.interpreter(self.options.reading).interpret(text).message
 
     def _known(self) -> Knowledge:
         return Knowledge(

@@ -25,7 +25,7 @@ def vessels_closed(part: np.ndarray, positions: np.ndarray, normals: np.ndarray)
         normals: (V, 3) unit, toward the camera.
     """
     part = part.copy()
-    parts = [index for index in np.unique(part[part >= 0])]
+    parts = np.unique(part[part >= 0])
     for inside in parts:
         for outside in parts:
             inner, outer = part == inside, part == outside
