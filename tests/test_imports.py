@@ -30,6 +30,7 @@ LAYERS = (
         "grounding.unsupported",
         "structdiffusion.relations",
     ),
+    ("grounding.goal_network",),
     ("grounding.llm_goals",),
     (
         "grounding.interpreter",

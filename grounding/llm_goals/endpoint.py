@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from grounding.goal_reading.chunk import Chunk
+from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.goal import MAX_PARTS, Goal
 from grounding.goals.parts import (
     EDGES,
@@ -22,7 +23,6 @@ from grounding.goals.parts import (
 )
 from grounding.llm_goals.checks import phrases_of
 from grounding.llm_goals.lines import NO_GOAL, Said
-from grounding.llm_goals.reader import UnusableGoalError
 from grounding.parsers.llm import MAX_BYTES
 from grounding.parsers.llm_endpoint import EndpointLLM, json_object, shares_secret
 from grounding.parsers.llm_reply import quotable

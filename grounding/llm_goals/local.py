@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.measures import count_at, lengths_of
 from grounding.goal_reading.tokens import split
+from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.parts import MAX_ROWS
 from grounding.llm_goals.checks import mismatch
 from grounding.llm_goals.lines import Said, goal_line
-from grounding.llm_goals.reader import UnusableGoalError
 from grounding.parsers.llm_local import INSTRUCTION, LocalLLM
 from grounding.parsers.llm_reply import quotable
 from prompts import load_prompt

@@ -106,6 +106,30 @@ class SentenceEncoder:
             hidden = network(ids, mask)
         return TokenStates(hidden, mask, [encoding.offsets for encoding in encodings])
 
+    def word_states(self, words: list[str], layer: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Compute the hidden states of the word pieces of one text that is divided into words already.
+
+        Args:
+            words: the text.
+            layer: the states after this many of the network's layers; `None` for the last.
+
+        Returns:
+            The states (1, T, 384) float32, and the first piece of each word (W,) int; words beyond the longest text
+            that the network takes are missing there.
+        """
+        from grounding.parsers.bert import one_thread
+
+        encoding = self._tokenizer.encode(words, is_pretokenized=True)
+        ids = np.array([encoding.ids])
+        network = self.network(layer)
+        with one_thread():
+            hidden = network(ids, np.ones(ids.shape, dtype=bool))
+        first: dict[int, int] = {}
+        for place, word in enumerate(encoding.word_ids):
+            if word is not None:
+                first.setdefault(word, place)
+        return hidden, np.array([first[word] for word in sorted(first)], dtype=int)
+
     def overflowing(self, texts: list[str]) -> list[bool]:
         """Return for each text whether it has more word pieces than the network can take; runs no network."""
         return [bool(encoding.overflowing) for encoding in self._tokenizer.encode_batch(texts)]

@@ -5,10 +5,10 @@ import json
 import fastjsonschema
 import pytest
 
+from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.goal import Goal
 from grounding.llm_goals import endpoint
 from grounding.llm_goals.endpoint import SCHEMA, EndpointGoals, read_goal
-from grounding.llm_goals.reader import UnusableGoalError
 from grounding.parsers.llm_endpoint import EndpointLLM
 from grounding.parsers.llm_reply import IllegalReplyError
 from prompts import load_prompt, prompt_lines

@@ -11,7 +11,6 @@ from grounding.llm_goals.reader import LLMGoalReader
 from grounding.parsers.llm_local import INSTRUCTION
 from grounding.parsers.llm_reply import LLMError
 
-
 pytestmark = pytest.mark.usefixtures("cache_with_model")
 
 

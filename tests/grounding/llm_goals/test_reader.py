@@ -3,10 +3,11 @@
 import pytest
 
 from grounding.goal_reading.reader import GoalReader
+from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.goal import Goal
 from grounding.goals.parts import PartReference
 from grounding.interpreter import Interpreter
-from grounding.llm_goals.reader import KEPT, LLMGoalReader, UnusableGoalError
+from grounding.llm_goals.reader import KEPT, LLMGoalReader
 from grounding.parse_result import Parse
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.references.attributes import ObjectAttributes, SceneObject

@@ -1,0 +1,125 @@
+"""Let the goal network write the goal of an instruction."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grounding.goal_network.decoder import POSITIONS, GoalDecoder
+from grounding.goal_network.legal_actions import Legal, legal_actions
+from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action
+
+if TYPE_CHECKING:
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+WEIGHTS = Path(__file__).parents[1] / "weights" / "goal_network"
+ENCODER_LAYER = 3  # of the six: the lower three stay as they are
+MOST_SAID = 100  # words; of longer instructions the network reads nothing
+_TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’-][^\W\d_]+)*|[^\s\w]")
+
+
+class GoalNetworkError(RuntimeError):
+    """Weights of the goal network that cannot be used; the message is one sentence that says why."""
+
+
+def words_of(text: str) -> list[str]:
+    """Divide an instruction into words and marks of punctuation, in small letters."""
+    return [match.group().lower() for match in _TOKEN.finditer(text)]
+
+
+@dataclass(frozen=True)
+class WrittenGoal:
+    """A goal that the network wrote.
+
+    Attributes:
+        words: of the instruction.
+        actions: what was written, without the end.
+        certainty: the product of the probabilities of all choices among the legal actions.
+    """
+
+    words: tuple[str, ...]
+    actions: tuple[Action, ...]
+    certainty: float
+
+    def phrase(self, place: int) -> str:
+        """Return the words that the two actions at this place point at."""
+        return " ".join(self.words[self.actions[place].value : self.actions[place + 1].value + 1])
+
+
+class GoalWriter:
+    """The goal network with its encoder.
+
+    Args:
+        encoder: the sentence encoder.
+        decoder: the network.
+    """
+
+    def __init__(self, encoder: SentenceEncoder, decoder: GoalDecoder) -> None:
+        self._encoder, self._decoder = encoder, decoder
+
+    @classmethod
+    def from_pretrained(cls, encoder: SentenceEncoder, folder: Path = WEIGHTS) -> GoalWriter:
+        """Load the network of a folder with `config.json` and `model.safetensors`.
+
+        Raises:
+            GoalNetworkError: for files that are missing, or that do not fit this version or the encoder.
+        """
+        from safetensors import SafetensorError
+        from safetensors.numpy import load_file
+
+        try:
+            config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+            state = load_file(folder / "model.safetensors")
+            if config["keywords"] != list(KEYWORDS):
+                raise GoalNetworkError(f"the goal network in {folder} was trained with other keywords")
+            if config["encoder_sha256"] != encoder.checksum:
+                raise GoalNetworkError(f"the goal network in {folder} was trained with another sentence encoder")
+            return cls(encoder, GoalDecoder(state))
+        except (OSError, ValueError, KeyError, TypeError, SafetensorError) as error:
+            raise GoalNetworkError(f"the goal network in {folder} cannot be loaded: {error}") from error
+
+    def write(self, text: str) -> WrittenGoal | None:
+        """Write the goal of an instruction; `None` for one that is empty or longer than `MOST_SAID` words."""
+        from grounding.parsers.bert import one_thread
+
+        words = words_of(text)
+        if not words or len(words) > MOST_SAID:
+            return None
+        states, first = self._encoder.word_states(words, ENCODER_LAYER)
+        if len(first) < len(words):  # more word pieces than the encoder takes
+            return None
+        with one_thread():
+            writing = self._decoder.begin(states, first)
+            steps, actions, certainty = legal_actions(), [], 0.0
+            legal, last = next(steps), None
+            while len(actions) < POSITIONS:
+                action, share = _likeliest(self._decoder.scores(writing, last), legal, len(words))
+                certainty += math.log(share)
+                try:
+                    legal, last = steps.send(action), action
+                except StopIteration:
+                    return WrittenGoal(tuple(words), tuple(actions), math.exp(certainty))
+                actions.append(action)
+        return None
+
+
+def _likeliest(scores: np.ndarray, legal: Legal, words: int) -> tuple[Action, float]:
+    """Return the most likely legal action and its probability among the legal ones."""
+    allowed = np.zeros(len(scores), dtype=bool)
+    allowed[list(legal.keywords)] = True
+    starts, ends = len(KEYWORDS), len(KEYWORDS) + words
+    allowed[starts:ends] = legal.start
+    if legal.end_from is not None:
+        allowed[ends + legal.end_from : ends + min(legal.end_from + MOST_WORDS, words)] = True
+    scores = np.where(allowed, scores, -np.inf)
+    best = int(scores.argmax())
+    share = 1.0 / float(np.exp(scores - scores[best]).sum())
+    if best < starts:
+        return Action(KEYWORD, best), share
+    return (Action(START, best - starts) if best < ends else Action(END, best - ends)), share

@@ -1,0 +1,159 @@
+"""Find the objects of a scene that a written goal names in the instruction's words.
+
+A language model or the goal network writes goals with noun phrases of the instruction; they are read here like those of
+the grammar's reader.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from grounding.goal_reading.noun_phrase import NounPhrase
+from grounding.goal_reading.noun_phrases import NounPhraseReader
+from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
+from grounding.goal_reading.tokens import split
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
+from grounding.references.candidates import SelectionError
+from grounding.references.phrases import ANY, Vocabulary
+from grounding.spec import SpecError
+
+_OBJECT_KEYS = ("objects", "reference", "around")
+
+
+class UnusableGoalError(ValueError):
+    """A goal of a language model that is not used; the message says why, and follows "it"."""
+
+
+class WrittenReferences:
+    """The objects of a scene in place of a goal's words.
+
+    Args:
+        parts: of the goal, as JSON values, with words of the instruction for objects and lengths in metres.
+        find: what is there.
+        nouns: the words for what is there.
+        kept: words for objects that are to stay as they are, or that are left out of the structures.
+    """
+
+    def __init__(
+        self,
+        parts: Sequence[dict[str, Any]],
+        find: SceneReferences,
+        nouns: Vocabulary,
+        kept: Sequence[str] = (),
+    ) -> None:
+        self.parts, self.find, self.nouns, self.kept = parts, find, nouns, kept
+
+    def goal(self) -> Goal:
+        """Return the goal.
+
+        Raises:
+            UnusableGoalError: for words that are no noun phrase, objects that are not there, and parts that are not
+                legal.
+            ReadingQuestion: for words that several objects fit.
+        """
+        resolved = []
+        try:
+            kept = [one for text in self.kept for one in self._objects([text]) or ()]
+            for part in self.parts:
+                values = dict(part)
+                for key in _OBJECT_KEYS:
+                    if isinstance(values.get(key), (list, tuple)):
+                        values[key] = self._objects(values[key])
+                resolved.append(values)
+            goal = Goal.from_dict({"parts": [self._usual(values) for values in self._less(resolved, kept)]})
+        except ReadingQuestion:
+            raise
+        except (ReadingError, SelectionError, SpecError) as error:
+            raise UnusableGoalError(f"cannot be used: {error}") from error
+        return Goal(tuple(self._written_out(part) for part in goal.parts))
+
+    def _less(self, parts: Sequence[dict[str, Any]], kept: Sequence[Any]) -> list[dict[str, Any]]:
+        """Leave out of the parts what is to stay as it is."""
+        if not kept:
+            return list(parts)
+        named = {one for part in parts for key in _OBJECT_KEYS if isinstance(part.get(key), list) for one in part[key]}
+        found = []
+        for part in parts:
+            objects = part["objects"]
+            if objects is None and self.find.count is not None:
+                objects = [one for one in range(self.find.count) if one not in kept and one not in named]
+            elif isinstance(objects, list):
+                objects = [one for one in objects if one not in kept]
+            if objects == []:
+                raise UnusableGoalError("leaves alone all the objects that it moves")
+            found.append(part | {"objects": objects})
+        return found
+
+    def _objects(self, phrases: Sequence[str]) -> list[Any] | None:
+        found: list[Any] = []
+        for text in phrases:
+            for phrase in self._phrases(text):
+                if phrase.kind in ("all", "rest") and phrase.mention is not None and phrase.mention.noun != ANY:
+                    raise UnusableGoalError(f"does not say which {text!r} are")
+                if phrase.kind in ("all", "rest"):
+                    left_out = [one for each in phrase.without for one in self.find.find(each)]
+                    if len(phrases) > 1:
+                        raise UnusableGoalError(f"has {text!r} among other objects")
+                    if not left_out:
+                        return None
+                    if self.find.count is None:
+                        return [text]
+                    return [one for one in range(self.find.count) if one not in left_out]
+                if phrase.kind != "objects":
+                    raise UnusableGoalError(f"does not say what {text!r} means")
+                found += [one for one in self.find.find(phrase) if one not in found]
+        return found
+
+    def _phrases(self, text: str) -> list[NounPhrase]:
+        """Read the noun phrases of some words: "the mug and the bowl" are two."""
+        said = split(text)
+        reader = NounPhraseReader(said, self.nouns)
+        place, found = 0, []
+        while place < len(said.words):
+            if found and said.word(place) in ("and", ","):
+                place += 1
+                continue
+            phrase = reader.at(place)
+            if phrase is None or phrase.end <= place:
+                raise UnusableGoalError(f"has {text!r} for objects, which is no noun phrase")
+            if said.word(phrase.end) in ("except", "but"):
+                phrase, end = self._without(reader, phrase)
+            else:
+                end = phrase.end
+            found.append(phrase)
+            place = end
+        return found
+
+    def _without(self, reader: NounPhraseReader, phrase: NounPhrase) -> tuple[NounPhrase, int]:
+        place = phrase.end + 1
+        place += reader.said.word(place) == "for"
+        without = []
+        while (other := reader.at(place)) is not None and other.end > place:
+            without.append(other)
+            place = other.end
+            place += reader.said.word(place) in ("and", ",")
+        return replace(phrase, without=tuple(without)), place
+
+    def _usual(self, part: dict[str, Any]) -> dict[str, Any]:
+        """Spell a place on the table in the usual way: one object is "at" it, several are a structure without a shape."""
+        objects = part.get("objects")
+        places = {key: part.get(key) for key in ("x_position", "y_position")}
+        if part["kind"] == "relation" and part["relation"] == "at" and isinstance(objects, list) and len(objects) > 1:
+            return {"kind": "structure", "objects": objects} | places
+        if (
+            part["kind"] == "structure"
+            and part.get("shape") is None
+            and isinstance(objects, list)
+            and len(objects) == 1
+        ):
+            if any(places.values()) and isinstance(objects[0], int):
+                return {"kind": "relation", "relation": "at", "objects": objects} | places
+        return part
+
+    def _written_out(self, part: Any) -> Any:
+        if isinstance(part, StructurePart) and part.objects is not None and not part.objects:
+            raise UnusableGoalError(f"leaves no object for the {part.shape or 'structure'}")
+        return part
