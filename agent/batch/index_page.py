@@ -1,37 +1,37 @@
-"""Write the page of a batch's folder: every row with its outcome, time, and pictures of its goal and result."""
+"""Write the page of a batch's folder: a card for every row, with filters by outcome and structure, and a search.
+
+The pictures lie beside the page and are loaded when they come into view; nothing else is loaded. A script filters the
+cards; without it all of them are shown.
+"""
 
 from __future__ import annotations
 
+import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from agent.batch.results import ROWS
 from agent.batch.rows import BadRow, Row
-from agent.batch.summary import outcome_in_words
+from agent.batch.summary import outcome_in_words, structures_of
+from agent.errors import NOT_BUILDABLE
 from agent.rendering.image_files import FORMAT
 from agent.rendering.text import duration
 from agent.reporting.html.document import document
 
-# The first picture of each group that a row has; a row without a goal shows the table as it was found. Rows of earlier
-# versions have the picture under its old name "imagined-goal".
-_SHOWN = (("goal-overlay", "proposed-goal", "imagined-goal", "camera-before", "scene-before"), ("camera-after",))
-_CAPTIONS = {"goal-overlay": "goal", "proposed-goal": "goal", "imagined-goal": "goal", "camera-after": "result"}
-_STYLE = """
-main { max-width: 1320px; }
-.rows { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 360px), 1fr)); gap: 16px;
-  margin: 20px 0 0; padding: 0; list-style: none; align-items: start; }
-.rows > li { background: var(--paper); border: 1px solid var(--rule); border-radius: 14px; padding: 16px 18px;
-  min-width: 0; }
-.rows > li.failed { border-color: var(--bad); border-left-width: 6px; }
-.rows > li.waiting { border-style: dashed; }
-.rows p { margin: 0 0 8px; }
-.rows .name { display: flex; flex-wrap: wrap; justify-content: space-between; gap: 4px 12px; }
-.rows .said { font-size: 18px; }
-.rows .pictures { grid-template-columns: 1fr 1fr; gap: 10px; margin: 10px 0; }
-.rows figcaption { padding: 4px 8px; }
-"""
+# The first picture of each group that a row has. Rows of earlier versions have that of the goal under its old name
+# "imagined-goal".
+_SHOWN = (
+    {"camera-before": "scene", "scene-before": "scene"},
+    {"goal-overlay": "goal", "proposed-goal": "goal", "imagined-goal": "goal"},
+    {"camera-after": "build", "camera-tried": "released"},
+)
+# Outcome -> style of its badge.
+_OUTCOMES = {"stood": "good", "failed": "bad", "refused": "quiet", "asked": "quiet", "waiting": ""}
+_WORDS = {"waiting": "not done yet"}
 
 
 def index_page(rows: Sequence[Row | BadRow], ended: Mapping[str, Mapping[str, Any]], folder: Path) -> str:
@@ -42,36 +42,95 @@ def index_page(rows: Sequence[Row | BadRow], ended: Mapping[str, Mapping[str, An
         ended: the results of the finished rows by id.
         folder: the folder of the batch with the pictures.
     """
-    failed = [row.id for row in rows if row.id in ended and not ended[row.id]["success"]]
-    waiting = len(rows) - len(ended)
-    counts = [f'<span class="badge good">{len(ended) - len(failed)} done</span>']
-    counts += [f'<span class="badge bad">{len(failed)} failed</span>'] if failed else []
-    counts += [f'<span class="badge">{waiting} not done yet</span>'] if waiting else []
-    links = ", ".join(f'<a href="#row-{escape(name)}">{escape(name)}</a>' for name in failed)
-    body = (
-        f'<header><p class="kicker">structagent batch</p><h1>{len(rows)} row{"s" if len(rows) > 1 else ""}</h1>'
-        f"<p>{' '.join(counts)}</p>{f'<p>Failed: {links}</p>' if failed else ''}</header>\n"
-        f'<ol class="rows">\n{"".join(_row(row, ended.get(row.id), folder) for row in rows)}</ol>'
+    results = [ended.get(row.id) for row in rows]
+    outcomes = Counter(map(outcome_of, results))
+    structures = Counter(name for result in results for name in _structures(result))
+    counts = " ".join(
+        f'<span class="badge {style}">{outcomes[name]} {_WORDS.get(name, name)}</span>'
+        for name, style in _OUTCOMES.items()
+        if outcomes[name]
     )
-    return document(f"{len(rows)} rows", body, _STYLE)
+    title = f"{len(rows)} row{'s' if len(rows) > 1 else ''}"
+    cards = "".join(_card(row, result, folder) for row, result in zip(rows, results, strict=True))
+    body = (
+        f'<header><p class="kicker">structagent batch</p><h1>{title}</h1><p>{counts}</p></header>\n'
+        f'{_filters(outcomes, structures)}\n<ol class="rows">\n{cards}</ol>'
+    )
+    here = files("agent.batch")
+    style, script = (here.joinpath(name).read_text(encoding="utf-8") for name in ("gallery.css", "gallery.js"))
+    return document(title, body, style, script)
 
 
-def _row(row: Row | BadRow, result: Mapping[str, Any] | None, folder: Path) -> str:
-    kind = "waiting" if result is None else "done" if result["success"] else "failed"
-    badge = {"waiting": "", "done": " good", "failed": " bad"}[kind]
-    outcome = "not done yet" if result is None else outcome_in_words(result)
+def outcome_of(result: Mapping[str, Any] | None) -> str:
+    """Return the outcome of a row as the page filters it.
+
+    Returns:
+        "stood", "failed", "refused" (not understood or not buildable), "asked" (the same, and the reason is a question
+        to the speaker), or "waiting" for a row without a result.
+    """
+    if result is None:
+        return "waiting"
+    if result["success"]:
+        return "stood"
+    if result["exit_code"] != NOT_BUILDABLE:
+        return "failed"
+    return "asked" if result["message"].endswith("?") else "refused"  # as every question of the readers ends
+
+
+def _structures(result: Mapping[str, Any] | None) -> tuple[str, ...]:
+    return () if result is None else structures_of(result)
+
+
+def _filters(outcomes: Mapping[str, int], structures: Mapping[str, int]) -> str:
+    """Return the filters with the number of rows of each; the script shows them."""
+    buttons = '<button type="button" value="" aria-pressed="true">all</button>' + "".join(
+        f'<button type="button" value="{name}" aria-pressed="false">{_WORDS.get(name, name)} {outcomes[name]}</button>'
+        for name in _OUTCOMES
+        if outcomes[name]
+    )
+    options = '<option value="">every structure</option>' + "".join(
+        f'<option value="{escape(_token(name))}">{escape(name)} ({structures[name]})</option>'
+        for name in sorted(structures)
+    )
+    return (
+        f'<div class="filters" hidden><div class="outcomes" role="group" aria-label="outcome">{buttons}</div>'
+        f'<select aria-label="structure" autocomplete="off">{options}</select>'
+        '<input type="search" aria-label="search" placeholder="search the instructions and reasons" autocomplete="off">'
+        '<output aria-live="polite"></output></div>'
+    )
+
+
+def _card(row: Row | BadRow, result: Mapping[str, Any] | None, folder: Path) -> str:
+    outcome = outcome_of(result)
+    badge = outcome_in_words(result) if result is not None and outcome == "failed" else _WORDS.get(outcome, outcome)
+    name = escape(row.id)
     parts = [
-        f'<p class="name"><b>{escape(row.id)}</b><span class="soft">line {row.line}{_seconds(result)}</span></p>',
+        f'<p class="name"><a href="#row-{name}">{name}</a><span class="soft">line {row.line}{_seconds(result)}</span></p>',
         f'<p class="said">{_said(row.text)}</p>',
-        f'<p><span class="badge{badge}">{escape(outcome)}</span></p>',
+        f'<p><span class="badge {_OUTCOMES[outcome]}">{escape(badge)}</span></p>',
     ]
     if result is not None:
-        if result["message"]:
-            parts.append(f'<p class="bad">{escape(result["message"])}</p>')
+        if reason := _reason(result):
+            parts.append(f'<p class="reason{" bad" if outcome == "failed" else ""}">{escape(reason)}</p>')
         parts.append(_pictures(row.id, result["report"], folder))
         if result["report"] is not None:
             parts.append(f'<p><a href="{escape(result["report"])}">report</a></p>')
-    return f'<li id="row-{escape(row.id)}" class="{kind}">{"".join(parts)}</li>\n'
+    structures = escape(" ".join(map(_token, _structures(result))))
+    data = f'data-outcome="{outcome}" data-structures="{structures}"'
+    return f'<li id="row-{name}" class="{outcome}" {data}>{"".join(parts)}</li>\n'
+
+
+def _token(structure: str) -> str:
+    """Return a structure's name without spaces, because a card lists the names of all its structures."""
+    return structure.replace(" ", "-")
+
+
+def _reason(result: Mapping[str, Any]) -> str:
+    """Return why a row ended as it did, on one line: the message, or for a success what was checked."""
+    if result["message"]:
+        return " ".join(result["message"].split())
+    count = len(result["checks"])
+    return f"passed {'both' if count == 2 else f'all {count}'} checks" if count > 1 else ""
 
 
 def _said(text: str | None) -> str:
@@ -84,14 +143,23 @@ def _seconds(result: Mapping[str, Any] | None) -> str:
 
 
 def _pictures(row_id: str, report: str | None, folder: Path) -> str:
-    """Return the pictures of goal and result as links to the report; empty if there are none."""
+    """Return the pictures of scene, goal and build as links to the report; empty if there are none."""
+    if report is None:
+        return ""  # a row that saw no scene has no pictures
+    present = _files_in(folder / ROWS / row_id)
     figures = []
-    for names in _SHOWN:
-        files = {name: f"{ROWS}/{row_id}/{name}.{FORMAT}" for name in names}
-        name = next((name for name in names if (folder / files[name]).is_file()), None)
-        if name is not None:
-            caption = _CAPTIONS.get(name, "before")
-            image = f'<img src="{escape(files[name])}" alt="{caption} of {escape(row_id)}" loading="lazy">'
-            linked = image if report is None else f'<a href="{escape(report)}">{image}</a>'
+    for group in _SHOWN:
+        found = next(((name, caption) for name, caption in group.items() if f"{name}.{FORMAT}" in present), None)
+        if found is not None:
+            file, caption = escape(f"{ROWS}/{row_id}/{found[0]}.{FORMAT}"), found[1]
+            image = f'<img src="{file}" alt="{caption} of {escape(row_id)}" loading="lazy" decoding="async">'
+            linked = f'<a href="{escape(report)}">{image}</a>'
             figures.append(f"<figure>{linked}<figcaption>{caption}</figcaption></figure>")
     return f'<div class="pictures">{"".join(figures)}</div>' if figures else ""
+
+
+def _files_in(folder: Path) -> frozenset[str]:
+    try:
+        return frozenset(os.listdir(folder))
+    except FileNotFoundError:  # someone has removed the report since
+        return frozenset()

@@ -115,10 +115,22 @@ def outcome_in_words(result: Mapping[str, Any]) -> str:
     return said if result["success"] else f"failed: {said}"
 
 
+def structures_of(result: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the shape or the relation of each part of a row's goal, each once; empty if none was read."""
+    return tuple(dict.fromkeys(_kinds_of_parts(result)))
+
+
 def _kind_of_goal(result: Mapping[str, Any]) -> str:
     """Return the kind of a row's goal: the shape or the relation of its only part, or "several parts"."""
+    kinds = _kinds_of_parts(result)
+    return "several parts" if len(kinds) > 1 else kinds[0]
+
+
+def _kinds_of_parts(result: Mapping[str, Any]) -> list[str]:
+    if result["spec"] is None:
+        return []
     parts = (result.get("goal") or {}).get("parts") or [result["spec"]]  # results of before have the slots alone
-    return "several parts" if len(parts) > 1 else parts[0].get("relation") or parts[0].get("shape") or "open"
+    return [part.get("relation") or part.get("shape") or "open" for part in parts]
 
 
 def _cut(message: str, most: int | None) -> str:

@@ -85,7 +85,8 @@ def batch(
     \b
     DIR gets results.jsonl with a line per row, written as the rows end: a batch that is
     stopped loses only the rows in progress. rows/ID has the report and the session of
-    each row, and index.html shows all rows with their pictures.
+    each row, and index.html shows all rows with their pictures and reasons, and filters
+    them by outcome, structure and words.
 
     \b
     A row that failed is only repeated with --retry, because it would fail in the same way.

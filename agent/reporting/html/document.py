@@ -46,14 +46,13 @@ def _result(turn: Turn) -> str:
     return f"<p>{turn.outcome}{f' {escape(message)}' if message else ''}</p>"
 
 
-def document(title: str, body: str, more_style: str = "") -> str:
-    """Make a whole page (HTML) in the style of the reports."""
+def document(title: str, body: str, more_style: str = "", more_script: str = "") -> str:
+    """Make a whole page (HTML) in the style of the reports; the scripts run when the body is there."""
     style = files("agent.reporting.html").joinpath("report.css").read_text(encoding="utf-8") + more_style
-    script = ""
+    scripts = [more_script]
     if '<figure class="film"' in body:
-        script = (
-            f"<script>\n{files('agent.reporting.html').joinpath('report.js').read_text(encoding='utf-8')}</script>\n"
-        )
+        scripts.append(files("agent.reporting.html").joinpath("report.js").read_text(encoding="utf-8"))
+    script = "".join(f"<script>\n{each}</script>\n" for each in scripts if each)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'

@@ -134,7 +134,7 @@ def test_interrupted_it_keeps_what_has_ended_and_leaves_nobody_behind():
     assert out == "" and 2 <= len(results) < 30 and all(result["success"] for result in results)
     assert {path.name for path in Path("out/rows").iterdir()} == {result["id"] for result in results}
     page = Path("out/index.html").read_text(encoding="utf-8")
-    assert page.count('class="done"') == len(results) and page.count('class="waiting"') == 30 - len(results)
+    assert page.count('class="stood"') == len(results) and page.count('class="waiting"') == 30 - len(results)
 
 
 def test_again_it_does_what_is_missing_or_has_changed(capsys):
@@ -158,6 +158,10 @@ def test_again_it_does_what_is_missing_or_has_changed(capsys):
     assert second["edited"]["seed"] == 2 and second["edited"]["fingerprint"] != first["edited"]["fingerprint"]
     assert second["lost"]["seconds"] != first["lost"]["seconds"] and Path("out", second["lost"]["report"]).is_file()
     assert Path("out", first["dropped"]["report"]).is_file()  # a report is never thrown away with its row
+    page = Path("out/index.html").read_text(encoding="utf-8")  # is that of the rows that the file has now
+    assert re.findall(r'<li id="row-(\w+)" class="(\w+)"', page) == [
+        ("moon", "refused"), ("same", "stood"), ("edited", "stood"), ("lost", "stood")
+    ]  # fmt: skip
 
 
 def beginning(err: str) -> str:
@@ -215,20 +219,24 @@ def test_what_failed_is_kept_unless_it_is_to_be_tried_again_and_what_was_lost_is
 
 
 def test_the_page_shows_every_row(capsys):
-    write("orders.jsonl", row("stack <two> boxes", id="built"), row("fly to the moon", id="moon"), '{"txet": 1}')
+    instructions = {"built": "stack <two> boxes", "moon": "fly to the moon", "which": "put the boxes"}
+    write("orders.jsonl", *(row(text, id=name) for name, text in instructions.items()), '{"txet": 1}')
     assert command_line(["batch", "orders.jsonl", "--out", "out", "--no-execute", *FLAGS, "1"]) == 6
     assert "\npage: out/index.html\n" in capsys.readouterr().out
     page = Path("out/index.html").read_text(encoding="utf-8")
-    cards = dict(re.findall(r'<li id="row-([^"]+)" (class="\w+">.*)</li>', page))
-    assert list(cards) == ["built", "moon", "line-003"]
-    seconds = results_of("out")[0]["seconds"]["total"]
-    assert cards["built"].startswith('class="done"') and "“stack &lt;two&gt; boxes”" in cards["built"]
-    assert f"{seconds:.1f} s" in cards["built"]
-    linked = re.findall(r'(?:src|href)="([^"]+)"', cards["built"])
-    assert "rows/built/report.html" in linked and "rows/built/goal-overlay.webp" in linked
+    cards = dict(re.findall(r'<li id="row-([^"]+)" (class="\w+".*)</li>', page))
+    assert list(cards) == ["built", "moon", "which", "line-004"]
+    result = results_of("out")[0]
+    assert cards["built"].startswith('class="stood" data-outcome="stood" data-structures="tower">')
+    assert "“stack &lt;two&gt; boxes”" in cards["built"] and f"{result['seconds']['total']:.1f} s" in cards["built"]
+    assert f"passed all {len(result['checks'])} checks" in cards["built"]
+    linked = re.findall(r'(?:src|href)="([^#"]+)"', cards["built"])
+    pictures = ["camera-before", "goal-overlay", "camera-tried"]
+    assert set(linked) == {"rows/built/report.html", *(f"rows/built/{name}.webp" for name in pictures)}
     assert all((Path("out") / name).is_file() for name in linked)
-    assert cards["moon"].startswith('class="failed"') and "asks for no arrangement" in cards["moon"]
-    assert cards["line-003"].startswith('class="failed"') and "the key &quot;txet&quot; is unknown" in cards["line-003"]
+    assert cards["moon"].startswith('class="refused"') and "asks for no arrangement" in cards["moon"]
+    assert cards["which"].startswith('class="asked"') and "which shape should it be" in cards["which"]
+    assert cards["line-004"].startswith('class="failed"') and "the key &quot;txet&quot; is unknown" in cards["line-004"]
     assert 'href="#row-moon"' in page and "http" not in page  # it needs nothing but what lies beside it
 
 
