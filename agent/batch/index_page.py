@@ -105,7 +105,8 @@ def _card(row: Row | BadRow, result: Mapping[str, Any] | None, folder: Path) -> 
     badge = outcome_in_words(result) if result is not None and outcome == "failed" else _WORDS.get(outcome, outcome)
     name = escape(row.id)
     parts = [
-        f'<p class="name"><a href="#row-{name}">{name}</a><span class="soft">line {row.line}{_seconds(result)}</span></p>',
+        f'<p class="name"><a href="#row-{name}">{name}</a>'
+        f'<span class="soft">line {row.line}{_seconds(result)}</span></p>',
         f'<p class="said">{_said(row.text)}</p>',
         f'<p><span class="badge {_OUTCOMES[outcome]}">{escape(badge)}</span></p>',
     ]
