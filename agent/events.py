@@ -151,6 +151,7 @@ class Perceived(EventBase):
         notes: assumptions that were made, a sentence each.
         scene: the clouds and the picture.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
+        surfaces: name -> vertices (V, 3), world frame, and faces (F, 3) of the body that an object has in physics.
     """
 
     objects: tuple[SeenObject, ...]
@@ -159,6 +160,7 @@ class Perceived(EventBase):
     notes: tuple[str, ...] = ()
     scene: Scene = live_only(kw_only=True)
     labelled: np.ndarray | None = live_only(default=None)
+    surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]] = live_only(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -229,11 +231,16 @@ class Chosen(EventBase):
 
 @dataclass(frozen=True)
 class Pictured(EventBase):
-    """A camera picture (H, W, 3) uint8 of the table; `name` is its file's stem, `caption` says when it was taken."""
+    """A camera picture (H, W, 3) uint8 of the table; `name` is its file's stem, `caption` says when it was taken.
+
+    `motions` maps names of objects to their motions (4, 4), world frame, from where they were seen to where they are on
+    the picture; it is empty where that was not measured.
+    """
 
     name: str
     caption: str
     image: np.ndarray = live_only()
+    motions: Mapping[str, np.ndarray] = live_only(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -60,11 +60,12 @@ def build_with_arm(
     from agent.pipeline.film import Film
     from agent.scenes.table_scene import SHOULDER
 
-    initial = np.array(table.world.poses()[: table.count])
+    seen_at = table.poses()
+    initial = np.array(list(seen_at.values())[: table.count])
     rng = np.random.default_rng(seed)
     several = wanted if isinstance(wanted, TableGoal) else None
     rules = PlacementRules() if several is None else several.placement_rules(scene)
-    progress = _BuildProgress(table, scene, arrangements, ranks or range(1, len(arrangements) + 1), several)
+    progress = _BuildProgress(table, seen_at, scene, arrangements, ranks or range(1, len(arrangements) + 1), several)
     reel = Film(lambda: table.picture(SHOULDER))
 
     def after_step() -> None:
@@ -83,7 +84,7 @@ def build_with_arm(
         raise
     yield from _finished_film(reel)
     motions = arrangements[progress.index].goal_from_initial
-    yield from _judge(table, wanted, moving(motions), motions @ initial, set(progress.placed), progress.trouble)
+    yield from _judge(table, wanted, moving(motions), motions @ initial, progress)
 
 
 class _BuildProgress:
@@ -98,6 +99,7 @@ class _BuildProgress:
     def __init__(
         self,
         table: TableScene,
+        seen_at: Mapping[str, np.ndarray],
         scene: Scene,
         arrangements: Sequence[Arrangement],
         ranks: Sequence[int],
@@ -105,6 +107,7 @@ class _BuildProgress:
     ) -> None:
         self._table, self._scene, self._arrangements, self._ranks = table, scene, arrangements, ranks
         self._wanted = wanted
+        self._from_seen = {name: np.linalg.inv(pose) for name, pose in seen_at.items()}
         self.index, self.trouble = 0, "no arrangement could be planned"
         self.placed: list[int] = []
 
@@ -130,7 +133,12 @@ class _BuildProgress:
             self.placed.append(event.object)
             number = len(self.placed)
             caption = f"after placement {number}: {event.name}"
-            yield events.Pictured(f"placement-{number}-after", caption, self._table.picture())
+            yield self.pictured(f"placement-{number}-after", caption)
+
+    def pictured(self, name: str, caption: str) -> events.Pictured:
+        """Take a picture of the table as it is now, and measure how far everything has moved."""
+        motions = {known: pose @ self._from_seen[known] for known, pose in self._table.poses().items()}
+        return events.Pictured(name, caption, self._table.picture(), motions)
 
 
 def forward_events(
@@ -162,21 +170,21 @@ def _judge(
     wanted: StructureSpec | TableGoal,
     to_move: Sequence[int],
     world_from_goal: np.ndarray,
-    placed: Collection[int],
-    trouble: str,
+    progress: _BuildProgress,
 ) -> Iterator[Event]:
     from agent.pipeline.verdict import judge_built, judge_goal
 
     began = time.perf_counter()
     last = "the scene in the end, through the camera"
-    if not_placed := set(to_move) - set(placed):
-        yield events.Pictured(LAST_PICTURE, last, table.picture())
-        raise ExecutionFailed(f"{len(to_move) - len(not_placed)} of {len(to_move)} objects were placed: {trouble}")
+    if not_placed := set(to_move) - set(progress.placed):
+        yield progress.pictured(LAST_PICTURE, last)
+        done = len(to_move) - len(not_placed)
+        raise ExecutionFailed(f"{done} of {len(to_move)} objects were placed: {progress.trouble}")
     if isinstance(wanted, TableGoal):
         failure, checks = judge_goal(table.world, table.names, to_move, world_from_goal[list(to_move)], wanted)
     else:
         failure, checks = judge_built(table.world, range(table.count), world_from_goal, wanted)
-    yield events.Pictured(LAST_PICTURE, last, table.picture())
+    yield progress.pictured(LAST_PICTURE, last)
     failed = next((check for check in checks if not check.passed), None)
     detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
     yield events.Checked(

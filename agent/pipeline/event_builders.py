@@ -70,8 +70,11 @@ def perceived_event(scene: Scene, seconds: float, table: TableScene | None = Non
     ]
     top = scene.table
     rectangle = (top.x_min, top.x_max, top.y_min, top.y_max)
-    notes, labelled = ((), None) if table is None else (table.notes, table.labelled)
-    return events.Perceived(tuple(seen), rectangle, seconds, notes, scene=scene, labelled=labelled)
+    if table is None:
+        return events.Perceived(tuple(seen), rectangle, seconds, scene=scene)
+    return events.Perceived(
+        tuple(seen), rectangle, seconds, table.notes, scene=scene, labelled=table.labelled, surfaces=table.surfaces()
+    )
 
 
 def describe_shortfall(table: TableScene, what: str) -> str:

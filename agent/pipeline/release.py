@@ -49,9 +49,11 @@ def release_in_physics(
     verdict = _placed(table, wanted, arrangement, photograph)
     final = verdict.world_from_final
     seconds = time.perf_counter() - began
-    yield _tried_event(scene, np.array(table.world.poses()[: table.count]), final)
+    motions = _motions(np.array(table.world.poses()[: table.count]), final)
+    yield events.Tried(tuple(goal_positions(motions, scene)), turns_about_z(motions))
     caption = "the goal as it came to rest in physics, released without the arm; the table itself is unchanged"
-    yield events.Pictured(TRIED_PICTURE, caption, pictures[0])
+    moved = dict(zip(table.names[: table.count], motions, strict=True))
+    yield events.Pictured(TRIED_PICTURE, caption, pictures[0], moved)
     yield events.Checked(
         verdict.success, verdict.failure, verdict.checks, verdict.detail, "released", seconds, table.bodies,
         table.count,
@@ -106,8 +108,8 @@ def _placed(
     return replace(verdict, world_from_final=final[[indices.index(i) for i in range(count)]])
 
 
-def _tried_event(scene: Scene, initial: np.ndarray, final: np.ndarray) -> events.Tried:
-    """Make the event of where released objects came to rest; poses (N, 4, 4), NaN for those never released."""
+def _motions(initial: np.ndarray, final: np.ndarray) -> np.ndarray:
+    """Return how released objects moved (N, 4, 4); their final poses (N, 4, 4) are NaN if they were never released."""
     motions = final @ np.linalg.inv(initial)
     motions[np.isnan(motions).any(axis=(1, 2))] = np.eye(4)
-    return events.Tried(tuple(goal_positions(motions, scene)), turns_about_z(motions))
+    return motions

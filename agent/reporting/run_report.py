@@ -38,6 +38,7 @@ from agent.rendering.image_files import FILM, FORMAT, Picture, pictures_of
 from agent.reporting.html.document import run_page
 from agent.reporting.html.turn import Turn
 from agent.reporting.session_log import RUN_SESSION, SessionWriter
+from agent.reporting.table_model import TableModel
 from agent.runtime.atomic_files import write_all_whole
 from agent.runtime.output_ownership import files_written, mark
 from agent.runtime.redaction import without_credentials
@@ -77,6 +78,7 @@ class RunRecord:
             "pictures": [],
         }
         self.pictures: dict[str, bytes] = {}
+        self._model = TableModel()
         self._interval = 1.0  # s between two pictures of the film
 
     @property
@@ -87,11 +89,12 @@ class RunRecord:
     @property
     def turn(self) -> Turn:
         """Return the turn as a page shows it."""
-        return Turn(self.report, self.pictures)
+        return Turn(self.report, self.pictures, self._model.to_dict())
 
     def on_event(self, event: Event) -> None:
-        """Record one event; for a live event, draw its pictures."""
+        """Record one event; for a live event, draw its pictures and keep the bodies on the table for the view in 3D."""
         self._add(event.to_dict())
+        self._model.on_event(event)
         if self._session is not None:
             self._session.on_event(event)
         for picture in pictures_of(event):

@@ -214,6 +214,13 @@ class TableScene:
         """Return world_from_object (4, 4) of every object, by name."""
         return dict(zip(self.names, self.world.poses(), strict=True))
 
+    def surfaces(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Return the surface of every object, by name: vertices (V, 3) as they are now, world frame, and faces (F, 3)."""
+        return {
+            name: (transform_points(pose, model.mesh_vertices), model.mesh_faces)
+            for name, model, pose in zip(self.names, self.models, self.world.poses(), strict=True)
+        }
+
     @property
     def held(self) -> str | None:
         """Return the name of the object in the hand; between builds it is only held after the arm's final stop."""

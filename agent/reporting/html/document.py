@@ -9,6 +9,8 @@ from importlib.resources import files
 from agent.reporting.html.turn import Turn
 from agent.reporting.session_reader import Session
 
+_SCRIPTS = {"film": "report.js", "table-view": "table_view.js"}  # the class of the figures that a script works on
+
 
 def run_page(turn: Turn) -> str:
     """Make the page (HTML) of one run."""
@@ -50,8 +52,9 @@ def document(title: str, body: str, more_style: str = "", more_script: str = "")
     """Make a whole page (HTML) in the style of the reports; the scripts run when the body is there."""
     style = files("agent.reporting.html").joinpath("report.css").read_text(encoding="utf-8") + more_style
     scripts = [more_script]
-    if '<figure class="film"' in body:
-        scripts.append(files("agent.reporting.html").joinpath("report.js").read_text(encoding="utf-8"))
+    for figure, name in _SCRIPTS.items():
+        if f'<figure class="{figure}"' in body:
+            scripts.append(files("agent.reporting.html").joinpath(name).read_text(encoding="utf-8"))
     script = "".join(f"<script>\n{each}</script>\n" for each in scripts if each)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
+from typing import Any
 
 from agent.rendering.animation import still_frames
 from agent.rendering.image_files import FILM_SPEED
@@ -46,6 +47,23 @@ def film(content: bytes, caption: str, interval: float) -> str:
         f'<figure class="film" data-interval="{interval:.3f}" data-speed="{FILM_SPEED:g}">'
         f'<img alt="{text}" src="{data_address(stills[-1])}">{controls}'
         f'<script type="application/json">{data}</script><figcaption>{text}</figcaption></figure>'
+    )
+
+
+def table_view(model: Mapping[str, Any]) -> str:
+    """Show the table in 3D (`agent.reporting.table_model`), as a section that a script unveils where there is WebGL."""
+    names = [view["name"] for view in model["views"]]
+    buttons = "".join(f'<button type="button" value="{escape(name)}">{escape(name)}</button>' for name in names)
+    # A name may be "</script>".
+    data = json.dumps(model, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return (
+        '<section hidden>\n<h3>The table in 3D</h3>\n<figure class="table-view">'
+        '<canvas tabindex="0" role="img" aria-label="the table in 3D; the arrow keys turn it, + and - move it">'
+        f'</canvas><div class="controls"><span role="group" aria-label="what is shown">{buttons}</span>'
+        '<input type="range" min="0" value="0" aria-label="candidate or step"><output></output></div>'
+        f'<script type="application/json">{data}</script>'
+        "<figcaption>Drag to turn; press it, then the wheel, + and - move nearer and away. The robot is the dark block."
+        "</figcaption></figure>\n</section>"
     )
 
 

@@ -23,7 +23,7 @@ from agent.reporting.event_text import (
 )
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
-from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table
+from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table, table_view
 from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 
 _NO = re.compile(r"(n|no|nope|never ?mind|cancel|stop)\b", re.IGNORECASE)  # how a proposal is declined
@@ -36,10 +36,12 @@ class Turn:
     Attributes:
         report: `agent.reporting.run_report`'s dictionary.
         pictures: name -> the bytes of a WebP file.
+        model: the table in 3D, as in `agent.reporting.table_model`; `None` where it is not known.
     """
 
     report: Mapping[str, Any]
     pictures: Mapping[str, bytes]
+    model: Mapping[str, Any] | None = None
 
     @property
     def title(self) -> str:
@@ -85,8 +87,8 @@ class Turn:
     def sections(self) -> str:
         """Return all that there is to show, as HTML."""
         parts = (
-            self._parse(), self._scene(), self._proposals(), self._arm(), self._verdict(), self._remarks(),
-            self._time(), self._options(),
+            self._parse(), self._space(), self._scene(), self._proposals(), self._arm(), self._verdict(),
+            self._remarks(), self._time(), self._options(),
         )  # fmt: skip
         return "\n".join(part for part in parts if part)
 
@@ -128,6 +130,9 @@ class Turn:
     def _remarks(self) -> str:
         lines = "".join(f'<li class="answer">{_remark(remark)}</li>' for remark in self.report["remarks"])
         return section("Remarks", f'<ul class="story">{lines}</ul>') if lines else ""
+
+    def _space(self) -> str:
+        return "" if self.model is None else table_view(self.model)
 
     def _scene(self) -> str:
         scene = self.report["scene"]

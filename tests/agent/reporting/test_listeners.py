@@ -96,7 +96,8 @@ def test_page_is_one_self_contained_file(run_events, tmp_path):
     sources = re.findall(r'(?:src|href)="([^"]*)"', text)
     assert sources and all(source.startswith("data:image/webp;base64,") for source in sources)
     assert "http" not in re.sub(r"base64,[^\"]*", "", text)
-    assert "@import" not in text and "url(" not in text and "<script" not in text  # without a film
+    assert "@import" not in text and "url(" not in text and "fetch(" not in text
+    assert re.findall("<script[^>]*>", text) == ['<script type="application/json">', "<script>"]  # of the view in 3D
 
 
 def test_a_film_has_controls_and_its_last_picture_where_no_script_runs(run_events, tmp_path):
@@ -114,7 +115,7 @@ def test_a_film_has_controls_and_its_last_picture_where_no_script_runs(run_event
         assert part in figure
     sources = re.findall(r'(?:src|href)="([^"]*)"', text)
     assert all(source.startswith("data:image/webp;base64,") for source in sources)
-    assert text.count("<script>") == 1 and "<script src" not in text and "fetch(" not in text
+    assert text.count("<script>") == 2 and "<script src" not in text and "fetch(" not in text
 
 
 def test_a_film_of_an_old_session_still_plays(run_events):

@@ -1,0 +1,133 @@
+"""Collect the table of a run in three dimensions: bodies or clouds, and where they are in candidates and while built.
+
+| key | value |
+|---|---|
+| `table` | x_min, x_max, y_min, y_max |
+| `objects` | for each: `name`, `color` (RGB, 0 to 255), and `vertices` and `faces`, or `points` and `colors` |
+| `views` | scene, goal, and build or (without the arm) released: `name`, `start` (the frame shown first), `frames` |
+| `frames` | for each: `caption`, `motions`: for each object `null` or the upper three rows of a matrix, row by row |
+
+Lengths in metres, world frame; objects are where they were seen, and motions begin there. Vertices and points are
+base64 of int16, tenths of a millimetre; faces of uint16; colours of uint8, RGB.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from agent import events
+from agent.event_base import Event
+from agent.rendering.coarse_mesh import coarse_mesh
+from agent.rendering.palette import FAINT, RGB, color_of, mean_color
+from agent.rendering.text import number
+from structdiffusion.observation import ObjectCloud
+
+CANDIDATES = 20  # frames of the goal
+_FACES = 600  # of a body
+_POINTS = 500  # of a cloud
+_UNITS = 10_000  # of the numbers in a metre
+_DIGITS = 4  # of a motion
+_STILL = 5e-5  # entries of a motion that differ by less are those of no motion
+
+_Frame = dict[str, Any]
+
+
+@dataclass
+class TableModel:
+    """The table of one run; it listens to live events, because recorded ones have neither bodies nor clouds."""
+
+    _table: Sequence[float] = ()
+    _objects: list[dict[str, Any]] = field(default_factory=list)
+    _candidates: list[_Frame] = field(default_factory=list)
+    _chosen: int = 0
+    _build: list[_Frame] = field(default_factory=list)
+    _released: bool = False
+
+    def on_event(self, event: Event) -> None:
+        """Take what an event says of the table."""
+        match event:
+            case events.Perceived():
+                self._table = event.table
+                self._objects = _objects(event)
+            case events.Proposed():
+                self._candidates = [
+                    self._candidate(one.rank, one.scores, arrangement.goal_from_initial, event.scene.objects)
+                    for one, arrangement in zip(event.candidates[:CANDIDATES], event.arrangements, strict=False)
+                ]
+            case events.Chosen():
+                self._choose(event)
+            case events.Tried():
+                self._released = True
+            case events.Pictured() if event.motions and self._objects:
+                self._build.append(self._frame(event.caption, event.motions))
+
+    def to_dict(self) -> dict[str, Any] | None:
+        """Return the model as JSON values; `None` if nothing was seen."""
+        if not self._objects:
+            return None
+        scene = self._frame("the table as it was seen", {})
+        views = [
+            {"name": "scene", "start": 0, "frames": [scene]},
+            {"name": "goal", "start": self._chosen, "frames": self._candidates},
+            {"name": "released" if self._released else "build", "start": len(self._build) - 1, "frames": self._build},
+        ]
+        views = [view for view in views if view["frames"]]
+        return {"table": list(self._table), "objects": self._objects, "views": views}
+
+    def _choose(self, event: events.Chosen) -> None:
+        if event.rank > len(self._candidates):
+            goals, clouds = event.arrangement.goal_from_initial, event.scene.objects
+            self._candidates.append(self._candidate(event.rank, event.scores, goals, clouds))
+            self._chosen = len(self._candidates) - 1
+        else:
+            self._chosen = event.rank - 1
+
+    def _candidate(
+        self, rank: int, scores: Mapping[str, float], motions: np.ndarray, clouds: Sequence[ObjectCloud]
+    ) -> _Frame:
+        total = scores.get("total")
+        caption = f"candidate {rank}" + ("" if total is None else f", score {number(total, 3)}")
+        return self._frame(caption, {cloud.name: motion for cloud, motion in zip(clouds, motions, strict=True)})
+
+    def _frame(self, caption: str, motions: Mapping[str, np.ndarray]) -> _Frame:
+        return {"caption": caption, "motions": [_motion(motions.get(each["name"])) for each in self._objects]}
+
+
+def _objects(event: events.Perceived) -> list[dict[str, Any]]:
+    scene = event.scene
+    part = [_object(cloud, color_of(i), event.surfaces) for i, cloud in enumerate(scene.objects)]
+    return part + [_object(cloud, FAINT, event.surfaces) for cloud in scene.distractors]
+
+
+def _object(
+    cloud: ObjectCloud, otherwise: RGB, surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]
+) -> dict[str, Any]:
+    """Describe an object by its body, or by its cloud where no body is known; `otherwise` where it has no colour."""
+    color = mean_color(cloud.colors) or otherwise
+    about = {"name": cloud.name, "color": list(color)}
+    if cloud.name in surfaces:
+        vertices, faces = coarse_mesh(*surfaces[cloud.name], _FACES)
+        return about | {"vertices": _lengths(vertices), "faces": _base64(faces, "<u2")}
+    chosen = np.linspace(0, len(cloud.points) - 1, min(len(cloud.points), _POINTS)).astype(int)
+    colors = np.tile(color, (len(chosen), 1)) if cloud.colors is None else cloud.colors[chosen, :3]
+    return about | {"points": _lengths(cloud.points[chosen]), "colors": _base64(colors, "u1")}
+
+
+def _motion(motion: np.ndarray | None) -> list[float] | None:
+    if motion is None or np.abs(motion - np.eye(4)).max() < _STILL or not np.isfinite(motion).all():
+        return None
+    return [round(value, _DIGITS) for value in motion[:3].ravel().tolist()]
+
+
+def _lengths(points: np.ndarray) -> str:
+    limits = np.iinfo(np.int16)
+    return _base64(np.clip(np.round(np.asarray(points) * _UNITS), limits.min, limits.max), "<i2")
+
+
+def _base64(values: np.ndarray, dtype: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).astype(dtype).tobytes()).decode("ascii")
