@@ -215,7 +215,7 @@ class TableScene:
         return dict(zip(self.names, self.world.poses(), strict=True))
 
     def surfaces(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Return the surface of every object, by name: vertices (V, 3) as they are now, world frame, and faces (F, 3)."""
+        """Return the surface of every object by name: its present vertices (V, 3), world frame, and faces (F, 3)."""
         return {
             name: (transform_points(pose, model.mesh_vertices), model.mesh_faces)
             for name, model, pose in zip(self.names, self.models, self.world.poses(), strict=True)
