@@ -228,7 +228,7 @@ class SceneReferences:
     def _counted(self, phrase: NounPhrase, found: list[int]) -> list[int]:
         mention = phrase.mention
         if mention.count is None and _SHARE.match(phrase.text) and len(found) > 1 and not self.catalogue:
-            raise ReadingQuestion(self._question(phrase, found))
+            raise ReadingQuestion(self._question(phrase.text, found))
         if mention.count is None:
             return sorted(found)
         if mention.count < 0:
@@ -251,7 +251,7 @@ class SceneReferences:
                 f"it is not known which of the objects here are {words[0]!r}, so that {phrase.text!r} can be each of: "
                 + "; ".join(self._descriptions(found))
             )
-        raise ReadingQuestion(self._question(phrase, found))
+        raise ReadingQuestion(self._question(phrase.text, found))
 
     def _of_library(self, phrase: NounPhrase, found: list[int]) -> list[int]:
         """Choose objects of a library, others for other words: "the mug next to the red mug" are two."""
@@ -261,9 +261,13 @@ class SceneReferences:
             self._chosen[words] = tuple((fresh or found)[: phrase.mention.count])
         return list(self._chosen[words])
 
-    def _question(self, phrase: NounPhrase, found: list[int]) -> Question:
+    def doubt(self, words: str, found: Sequence[int]) -> ReadingQuestion:
+        """Return the question which of several objects some words mean."""
+        return ReadingQuestion(self._question(words, found))
+
+    def _question(self, words: str, found: Sequence[int]) -> Question:
         listed = self._descriptions(found)
-        text = f"{phrase.text!r} can be each of {len(found)} objects: {'; '.join(listed)}; which one?"
+        text = f"{words!r} can be each of {len(found)} objects: {'; '.join(listed)}; which one?"
         return Question(OBJECT, text, tuple(self.candidates.names[i] for i in found))
 
     def _descriptions(self, found: Sequence[int]) -> list[str]:

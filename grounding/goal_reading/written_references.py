@@ -12,6 +12,9 @@ from typing import Any
 
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.noun_phrases import NounPhraseReader
+from grounding.goal_reading.phrase_references.choice_errors import Doubt, NothingFits
+from grounding.goal_reading.phrase_references.goal_phrases import GoalPhrases
+from grounding.goal_reading.phrase_references.phrase import PhraseGroup
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.tokens import split
 from grounding.goals.goal import Goal
@@ -35,6 +38,7 @@ class WrittenReferences:
         find: what is there.
         nouns: the words for what is there.
         kept: words for objects that are to stay as they are, or that are left out of the structures.
+        text: the instruction; "blue" may be a cup by its other words.
     """
 
     def __init__(
@@ -43,8 +47,9 @@ class WrittenReferences:
         find: SceneReferences,
         nouns: Vocabulary,
         kept: Sequence[str] = (),
+        text: str = "",
     ) -> None:
-        self.parts, self.find, self.nouns, self.kept = parts, find, nouns, kept
+        self.parts, self.find, self.nouns, self.kept, self.text = parts, find, nouns, kept, text
 
     def goal(self) -> Goal:
         """Return the goal.
@@ -54,21 +59,73 @@ class WrittenReferences:
                 legal.
             ReadingQuestion: for words that several objects fit.
         """
-        resolved = []
         try:
-            kept = [one for text in self.kept for one in self._objects([text]) or ()]
-            for part in self.parts:
-                values = dict(part)
-                for key in _OBJECT_KEYS:
-                    if isinstance(values.get(key), (list, tuple)):
-                        values[key] = self._objects(values[key])
-                resolved.append(values)
-            goal = Goal.from_dict({"parts": [self._usual(values) for values in self._less(resolved, kept)]})
+            *found, kept = self._found()
+            goal = Goal.from_dict({"parts": [self._usual(values) for values in self._less(found, kept)]})
         except ReadingQuestion:
             raise
         except (ReadingError, SelectionError, SpecError) as error:
             raise UnusableGoalError(f"cannot be used: {error}") from error
         return Goal(tuple(self._written_out(part) for part in goal.parts))
+
+    def _found(self) -> list[Any]:
+        """Put objects in the place of words: each part, and the list of what is kept at last."""
+        groups, places = list[PhraseGroup](), list[tuple[int, str]]()
+        for number, part in enumerate(self.parts):
+            structure = part["kind"] == "structure"
+            for key in _OBJECT_KEYS:
+                if isinstance(part.get(key), (list, tuple)):
+                    role = "structure" if structure and key == "objects" else key
+                    groups.append(PhraseGroup(tuple(part[key]), role, structure and part.get("shape") is not None))
+                    places.append((number, key))
+        named = len(groups)
+        groups += [PhraseGroup((text,), "kept") for text in self.kept]
+        objects = self.objects(groups)
+        parts = [dict(part) for part in self.parts]
+        for (number, key), each in zip(places, objects, strict=False):
+            if isinstance(each, Exception):
+                raise each
+            parts[number][key] = each
+        kept: list[Any] = []
+        for each in objects[named:]:
+            if isinstance(each, Exception):
+                raise each
+            kept += [one for one in each or () if one not in kept]
+        return [*(self._apart(part) for part in parts), kept]
+
+    def objects(self, groups: Sequence[PhraseGroup]) -> list[list[Any] | None | Exception]:
+        """Find the objects of all phrases of a goal.
+
+        Args:
+            groups: the phrases of each place for objects.
+
+        Returns:
+            For each group its objects, `None` for all that no other part names, or the error that says what is in the
+            way: `ReadingQuestion`, `ReadingError` or `UnusableGoalError`.
+        """
+        known = self.find.count is not None and not self.find.catalogue
+        read = (
+            GoalPhrases(self.find, self.nouns, self.text).resolve(groups) if known else [NothingFits("")] * len(groups)
+        )
+        found: list[list[Any] | None | Exception] = []
+        for group, each in zip(groups, read, strict=True):
+            if isinstance(each, Doubt):
+                found.append(self.find.doubt(" and ".join(group.texts), each.found))
+            elif not isinstance(each, NothingFits):
+                found.append(each)
+            else:
+                try:
+                    found.append(self._objects(group.texts))
+                except (ReadingError, SelectionError, UnusableGoalError) as error:
+                    found.append(error)
+        return found
+
+    def _apart(self, part: dict[str, Any]) -> dict[str, Any]:
+        """Leave the reference of a relation out of its objects: "the box gets everything" but itself."""
+        objects, reference = part.get("objects"), part.get("reference")
+        if not isinstance(objects, list) or not isinstance(reference, list):
+            return part
+        return part | {"objects": [one for one in objects if one not in reference] or objects}
 
     def _less(self, parts: Sequence[dict[str, Any]], kept: Sequence[Any]) -> list[dict[str, Any]]:
         """Leave out of the parts what is to stay as it is."""
@@ -138,7 +195,7 @@ class WrittenReferences:
         return replace(phrase, without=tuple(without)), place
 
     def _usual(self, part: dict[str, Any]) -> dict[str, Any]:
-        """Spell a place on the table in the usual way: one object is "at" it, several are a structure without a shape."""
+        """Spell a place on the table in the usual way: one object is "at" it, several are a shapeless structure."""
         objects = part.get("objects")
         places = {key: part.get(key) for key in ("x_position", "y_position")}
         if part["kind"] == "relation" and part["relation"] == "at" and isinstance(objects, list) and len(objects) > 1:

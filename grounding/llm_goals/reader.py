@@ -107,7 +107,7 @@ class LLMGoalReader:
         if problem := mismatch(chunks, parts):
             raise UnusableGoalError(problem)
         find = SceneReferences(there, self._encoder, catalogue, self._opposite)
-        goal = WrittenReferences(parts, find, nouns).goal()
+        goal = WrittenReferences(parts, find, nouns, text=text).goal()
         if problem := contradiction(goal, None if there is None else [each.name for each in there]):
             raise UnusableGoalError(f"contradicts itself: {problem}")
         notes = [f"the language model alone understood {shortened(words)!r}" for words in dict.fromkeys(unread)]

@@ -1,0 +1,133 @@
+"""Read what stands behind the noun of a copied phrase: places, relations, uses, groups and exceptions."""
+
+from __future__ import annotations
+
+import re
+
+from grounding.goal_reading.phrase_references.comparisons import comparison_after, likeness_after
+from grounding.goal_reading.phrase_references.draft import Draft
+from grounding.goal_reading.phrase_references.exceptions import exception_after
+from grounding.goal_reading.phrase_references.parts import part_after
+from grounding.goal_reading.phrase_references.phrase import Test
+from grounding.goal_reading.phrase_references.phrase_text import PhraseReader
+from grounding.goal_reading.phrase_references.place_words import sides_at
+from grounding.goal_reading.phrase_references.predicates import predicate_after
+from grounding.goal_reading.phrase_references.properties import use_of
+from grounding.goal_reading.phrase_references.universal_phrases import idle_place
+
+_STANDS = re.compile(
+    r"(?:(?:just|right|directly|immediately|standing|sitting|lying|to the|on the|placed|located) )*(?P<how>left of|"
+    r"right of|behind|in front of|next to|beside|close to|near to|near|by|on top of|inside|between|in between|in|on|"
+    r"flanking)(?= )"
+)
+_RELATIONS = {
+    "close to": "next to", "beside": "next to", "near to": "next to", "near": "next to", "by": "next to",
+    "flanking": "next to", "on top of": "on", "inside": "in", "in between": "between",
+}  # fmt: skip
+_NEAREST = re.compile(
+    r"(?:standing |that is )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
+)
+_PERSONS = frozenset("you i we one people they someone he she folks".split())
+_ABLE = frozenset("can could might may would normally usually will should must".split())
+_FOR = frozenset("that which used made meant for to what".split())
+_KINDS = frozenset("kind colour variety type sort".split())
+_AFTER_COLOUR = _KINDS | {"", "that", "with", "in", "on"}
+_IDLE = frozenset("only alone instead itself too please though".split())
+
+
+def clauses_after(parser: PhraseReader, draft: Draft, at: int, excepting: bool) -> int:
+    """Read everything that belongs to a phrase behind its noun, into a draft.
+
+    Args:
+        parser: of the phrase.
+        draft: of the phrase.
+        at: the place behind its noun.
+        excepting: whether something may be left out.
+
+    Returns:
+        The place after it.
+    """
+    readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, _beside, _stands]
+    readers = [exception_after, *readers] if excepting else readers
+    while at < len(parser.words):
+        end = idle_place(parser.words, at)
+        if end == at:
+            end = next((after for read in readers if (after := read(parser, draft, at)) is not None), at)
+        if end <= at and parser.word(at) in _IDLE:
+            end = at + 1
+        if end <= at:
+            return at
+        at = end
+    return at
+
+
+def _of(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read "of the two cans", "among the mugs", "of red colour", "in red"."""
+    word = parser.word(at)
+    if word not in ("of", "among", "amongst", "out", "in"):
+        return None
+    first = at + 1 + (parser.word(at + 1) == "of")
+    place = first + (parser.word(first) in ("the", "a", "any"))
+    colours = parser.text.colours_at(place)
+    if colours is not None and parser.word(colours[1]) in _AFTER_COLOUR and not (word == "of" and draft.bare):
+        draft.test(*colours[0])
+        return colours[1] + (parser.word(colours[1]) in _KINDS)
+    if " ".join(parser.words[place : place + 2]) in ("every colour", "all colours", "each colour", "every kind"):
+        return place + 2
+    if parser.word(place) in ("mine", "yours", "ours"):
+        return place + 1
+    group = parser.at(first) if word != "in" else None
+    if group is None:
+        return None
+    if group[0].kind not in ("pronoun", "all"):
+        draft.among = group[0]
+    return group[1]
+
+
+def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read "you drink from", "for drinking", "to write with", "used for driving nails"."""
+    place = at
+    while parser.word(place) in _FOR:
+        place += 1
+    person = parser.word(place) in _PERSONS
+    place += person
+    while person and parser.word(place) in _ABLE:
+        place += 1
+    for end in range(len(parser.words), place, -1) if place > at else ():
+        kinds = use_of(" ".join(parser.words[place:end]))
+        if kinds is not None:
+            draft.test(Test("use", " ".join(kinds)))
+            return end
+    return None
+
+
+def _beside(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read where the objects stand on the table, or which are nearest to something."""
+    sides = sides_at(parser.words, at)
+    if sides is not None:
+        draft.test(Test("place", sides=sides[0]))
+        return sides[1]
+    found = _NEAREST.match(" ".join(parser.words[at:]))
+    other = parser.at(at + len(found.group().split())) if found is not None else None
+    if found is None or other is None:
+        return None
+    draft.test(Test("nearest", "far" if found.group("how").startswith("fur") else "near", other=other[0]))
+    return other[1]
+
+
+def _stands(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read "behind the plate", "between the fork and the spoon"."""
+    found = _STANDS.match(" ".join(parser.words[at:]))
+    if found is None:
+        return None
+    relation = _RELATIONS.get(found.group("how"), found.group("how"))
+    first = parser.at(at + len(found.group().split()))
+    if first is None:
+        return None
+    second = parser.at(first[1] + 1) if relation == "between" and parser.word(first[1]) == "and" else None
+    if second is None:
+        draft.test(Test("stands", relation, other=first[0]))
+        return first[1]
+    draft.test(Test("between", "between", other=first[0]))
+    draft.test(Test("between", "and", other=second[0]))
+    return second[1]

@@ -1,0 +1,105 @@
+"""Read the noun of a copied phrase, and the adjectives behind it: "cups blue", "can (red)"."""
+
+from __future__ import annotations
+
+from grounding.goal_reading.measures import COUNTS
+from grounding.goal_reading.phrase_references.adjectives import colours_of
+from grounding.goal_reading.phrase_references.draft import Draft
+from grounding.goal_reading.phrase_references.phrase import Test
+from grounding.goal_reading.phrase_references.phrase_text import PhraseText
+from grounding.goal_reading.phrase_references.place_words import SIDES
+from grounding.goal_reading.phrase_references.premodifiers import USED
+from grounding.goal_reading.phrase_references.scene_nouns import GENERAL
+from grounding.references.lexicon import GROUPS
+from grounding.references.word_forms import singular
+
+_TWINS = frozenset(
+    "twin brother sister mate partner match counterpart neighbour neighbours sibling siblings friend companion double "
+    "pendant".split()
+)
+_MASSES = frozenset("stuff lot kit gear shopping collection assortment set".split())
+_GROUPS = frozenset("pair half team trio".split())
+_IDLE = frozenset("( ) only alone coloured together colour please".split())
+_COMPARED = frozenset("closest nearest furthest nearer closer further".split())
+
+
+def head_at(text: PhraseText, at: int, draft: Draft) -> int | None:
+    """Read the noun into a draft; return the place after it, or `None` where none stands."""
+    end = _pronoun(text, at, draft) or _noun(text, at, draft)
+    if end is not None and draft.kind == "twin" and text.word(at) not in _TWINS:
+        draft.kind = "objects"  # "its cup"
+    return end
+
+
+def _pronoun(text: PhraseText, at: int, draft: Draft) -> int | None:
+    """Read "one", "others", "twin" or "blues"; return the place after it."""
+    word = text.word(at)
+    if word in ("one", "ones"):
+        draft.borrowed, draft.plural = True, draft.plural or word == "ones"
+        return at + 1
+    if word == "others":
+        draft.borrowed = draft.plural = draft.other = True
+        return at + 1
+    if word in _TWINS:
+        draft.kind, draft.plural = "twin", word.endswith("s")
+        return at + 1
+    if not _colours(text, at):
+        return None
+    colours = [Test("colour", word[:-1])]
+    while text.word(at + 1) in ("and", ",") and _colours(text, at + 2):
+        colours.append(Test("colour", text.word(at + 2)[:-1]))
+        at += 2
+    draft.test(*colours)
+    draft.borrowed = draft.plural = True
+    return at + 1
+
+
+def _colours(text: PhraseText, at: int) -> bool:
+    """Return whether a colour in the plural stands at a place: "the blues"; oranges may be fruit."""
+    word = text.word(at)
+    fruit = word == "oranges" and bool(text.nouns.of_kinds(("orange",)))
+    return word.endswith("s") and colours_of(word[:-1]) is not None and not fruit
+
+
+def _noun(text: PhraseText, at: int, draft: Draft) -> int | None:
+    word, following = text.word(at), text.word(at + 1)
+    compound = f"{word} {singular(following)}"
+    if draft.used and word in USED:
+        draft.plural = draft.plural or word.endswith("s")
+    elif compound in GROUPS:
+        draft.noun, draft.plural = (compound,), draft.plural or following.endswith("s")
+        return at + 2
+    elif word in GENERAL:
+        draft.plural = draft.plural or word.endswith("s") or word in _MASSES
+    elif word in _GROUPS and (draft.tests or word == "team"):
+        draft.borrowed = draft.plural = True
+        draft.count = 2 if word == "pair" else draft.count
+    elif text.nouns.is_noun(word):
+        draft.noun = (word,)
+        draft.plural = draft.plural or text.nouns.plural(word)
+        if following in ("pair", "set", "collection", "trio"):
+            draft.count, draft.plural = 2 if following == "pair" else draft.count, True
+            return at + 2
+    else:
+        return None
+    return at + 1
+
+
+def behind_noun(text: PhraseText, at: int, draft: Draft) -> int:
+    """Read adjectives behind the noun into a draft: "red right", "the blue three"; return the place after them."""
+    while at < len(text.words):
+        word = text.word(at)
+        number = COUNTS.get(word) if word not in ("a", "one") else None
+        colours = text.colours_at(at)
+        sided = word in SIDES and word not in _COMPARED and text.word(at + 1) not in ("to", "of", "from")
+        if colours is not None and not (draft.bare and text.word(at - 1) == "and"):
+            draft.test(*colours[0])
+            at = colours[1] - 1
+        elif sided and not text.in_clause(at):
+            draft.sides.append(SIDES[word])
+        elif number is not None and draft.count is None and draft.tests:
+            draft.count = number
+        elif word not in _IDLE and not (word in ("cups", "cup", "ones") and text.word(at - 1) == "team"):
+            return at
+        at += 1
+    return at

@@ -1,0 +1,213 @@
+"""Find the objects of one copied phrase, with what the other phrases of the goal name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from grounding.goal_reading.phrase_references.choice_errors import Doubt, NothingFits
+from grounding.goal_reading.phrase_references.noun_contexts import NounContexts
+from grounding.goal_reading.phrase_references.phrase import Phrase, PhraseGroup
+from grounding.goal_reading.phrase_references.said_phrases import SaidPhrase, SaidPhrases
+from grounding.goal_reading.phrase_references.scene_nouns import SceneNouns
+from grounding.goal_reading.phrase_references.selection import Selection
+
+_TELLING = ("colour", "property", "use", "kind", "lonely", "alike")
+
+
+class PhraseObjects:
+    """A finder of the objects of single phrases.
+
+    Args:
+        nouns: of the scene.
+        said: the phrases of the goal.
+        words: of the instruction.
+        selection: makes the choice in the scene, given how phrases within phrases are found, and the object with which
+            "of the same colour" compares.
+    """
+
+    def __init__(
+        self,
+        nouns: SceneNouns,
+        said: SaidPhrases,
+        words: Sequence[str],
+        selection: Callable[[Callable[[Phrase], list[int]], Callable[[], list[int]]], Selection],
+    ) -> None:
+        self._nouns, self._said = nouns, said
+        self.selection = selection(self._inner, said.last_one)
+        self.contexts = NounContexts(words, nouns, self.selection)
+
+    def find(self, said: SaidPhrase, group: PhraseGroup) -> list[int]:
+        """Find the objects of a phrase of a group.
+
+        Raises:
+            NothingFits: where there are none, or too few.
+            Doubt: where several fit a phrase that speaks of one.
+        """
+        self._said.current = said
+        phrase = said.phrase
+        own = self._said.of_group(said.group)
+        same = [each for each in own if each.phrase == phrase]
+        if len(same) > 1 and not phrase.plural:  # "ball, ball, block"
+            every = self._objects(replace(phrase, plural=True, count=len(same), definite=True))
+            return [every[[each is said for each in same].index(True)]]
+        return self._objects(_of_several(phrase, group, len(own) == 1))
+
+    # Kinds of phrases
+
+    def _inner(self, phrase: Phrase) -> list[int]:
+        """Find the objects of a phrase within the current one, and keep them for "that one"."""
+        found = self._objects(phrase)
+        if self._said.current is not None:
+            self._said.current.inner.append(found)
+        return found
+
+    def _objects(self, phrase: Phrase) -> list[int]:
+        if phrase.kind in ("all", "rest", "pronoun"):
+            found = self._general(phrase)
+        elif phrase.kind == "twin":
+            found = self._twin(phrase)
+        else:
+            whole = phrase.without and phrase.count != 1  # the number is that of what is left
+            found = self._best(replace(phrase, count=None, plural=True) if whole else phrase)
+        for without in phrase.without:
+            out = self._left_out(phrase, without)
+            found = [i for i in found if i not in out]
+        if not found:
+            raise NothingFits(f"nothing here is {phrase.text!r}")
+        return self._counted(phrase, found) if phrase.without and phrase.kind == "objects" else found
+
+    def _left_out(self, phrase: Phrase, without: Phrase) -> list[int]:
+        """Find an exception, among what it is excepted from if it has no noun: "all cups except the red one"."""
+        if without.borrowed and (phrase.noun or phrase.tests):
+            whole = self._best(replace(phrase, without=(), plural=True))
+            try:
+                out = self._counted(without, self.selection.fitting(without, whole))
+            except (NothingFits, Doubt):
+                return self._inner(without)
+            if self._said.current is not None:
+                self._said.current.inner.append(out)
+            return out
+        return self._inner(without)
+
+    def _general(self, phrase: Phrase) -> list[int]:
+        """Find what "everything", "the rest" and "these" mean."""
+        everything = self._nouns.everything()
+        if phrase.kind == "rest":
+            return [i for i in everything if i not in self._said.named()]
+        if phrase.kind == "all":
+            found = self.selection.fitting(phrase, everything)
+            return self._counted(phrase, found) if phrase.count is not None else found
+        if phrase.plural:
+            place = self._said.current.place if self._said.current is not None else 0
+            if self._said.alone() and not self.contexts.told_before(place):
+                return list(everything)
+        elif one := self._said.last_one():
+            return one
+        raise NothingFits(f"it is not said what {phrase.text!r} stands for")
+
+    def _twin(self, phrase: Phrase) -> list[int]:
+        """Find what is of the kind, or of the colour, of the object that was named last."""
+        for before in reversed(self._said.mentioned()):
+            if len(before) != 1:
+                continue
+            others = [i for i in self._nouns.everything() if i != before[0]]
+            of_kind = [i for i in others if self._nouns.head(i) == self._nouns.head(before[0])]
+            for alike in (of_kind, self.selection.of_same_colour(before[0], others)):
+                found = self.selection.fitting(phrase, alike)
+                if found and (phrase.plural or len(found) == 1) and phrase.count in (None, len(found)):
+                    return found
+        raise NothingFits(f"it is not clear what {phrase.text!r} belongs to")
+
+    def _best(self, phrase: Phrase) -> list[int]:
+        """Find the objects in the first meaning of the noun in which as many fit as the phrase speaks of."""
+        problem: NothingFits | None = None
+        few: list[int] = []
+        for base in self._bases(phrase):
+            try:
+                found = self.selection.fitting(phrase, base)
+                found = self._counted(phrase, self._others(found) if phrase.other else found)
+            except NothingFits as error:
+                problem = problem or error
+                continue
+            open_number = phrase.plural and phrase.count is None and not phrase.every and not phrase.bare
+            if not open_number or len(found) > 1:
+                return found
+            few = few or found  # "the cartons": another meaning may have several
+        if few:
+            return few
+        raise problem or NothingFits(f"nothing here is {phrase.text!r}")
+
+    def _others(self, found: list[int]) -> list[int]:
+        """Leave out what other phrases name; what those before it name where all are named."""
+        left = [i for i in found if i not in self._said.named()]
+        before = {i for each in self._said.before() for i in each.found or ()}
+        return left or [i for i in found if i not in before]
+
+    # Nouns
+
+    def _bases(self, phrase: Phrase) -> Iterator[Sequence[int]]:
+        """List the sets of objects that the noun of a phrase can mean, the likeliest first."""
+        everything = self._nouns.everything()
+        if phrase.noun:
+            yield from self._nouns.meanings(phrase.noun[-1])
+            return
+        if phrase.borrowed and phrase.among is None:
+            telling = tuple(each for each in phrase.tests if each[0].kind in _TELLING)
+            if telling and not phrase.other:
+                found = self.selection.fitting(replace(phrase, rank=None, tests=telling, count=None), everything)
+                kinds = {self._nouns.head(i) for i in found}
+                if len(found) == 1 or (phrase.plural and len(kinds) == 1):
+                    yield everything
+            yield from self._common_kind(phrase)
+            for each in reversed(self._said.before()) if phrase.other else ():
+                yield from (self._nouns.of_kinds((self._nouns.head(one),)) for one in (each.found or ())[:1])
+            if not (phrase.other and phrase.plural):
+                place = self._said.current.place if self._said.current is not None else 0
+                yield from self.contexts.around(phrase, place)
+        yield everything
+
+    def _common_kind(self, phrase: Phrase) -> Iterator[Sequence[int]]:
+        """Find the one kind of which there is something of each bare colour of the group: "white, red, blue"."""
+        own = [each for each in self._said.beside_current() if each.bare]
+        if not phrase.bare or len(own) < 2:
+            return
+        bases = [self._nouns.of_kinds((kind,)) for kind in {self._nouns.head(i) for i in self._nouns.everything()}]
+        fits = [
+            base for base in bases if all(self.selection.fitting(replace(each, rank=None), base) for each in own)
+        ]  # fmt: skip
+        if len(fits) == 1:
+            yield fits[0]
+
+    # Numbers
+
+    def _counted(self, phrase: Phrase, found: list[int]) -> list[int]:
+        """Compare how many were found with how many a phrase speaks of."""
+        if not found or (phrase.count is not None and len(found) < phrase.count):
+            raise NothingFits(f"{phrase.text!r} speaks of {phrase.count or 1}, and there are {len(found)}")
+        wanted = phrase.count if phrase.count is not None else (None if phrase.plural or phrase.every else 1)
+        if wanted is None or len(found) == wanted:
+            return found
+        if wanted == 1 and phrase.definite and not phrase.other and (phrase.demonstrative or not phrase.tests):
+            before = {i for each in self._said.mentioned() for i in each}
+            again = [i for i in found if i in before]
+            if len(again) == 1:
+                return again  # "put the red mug on the plate, then turn to the mug"
+        if phrase.definite:
+            raise Doubt(found)
+        fresh = [i for i in found if i not in self._said.named()]
+        return (fresh if len(fresh) >= wanted else found)[:wanted]
+
+
+def _of_several(phrase: Phrase, group: PhraseGroup, alone: bool) -> Phrase:
+    """Return the phrase with the number that its place in the goal asks for: a tower is not made of one can."""
+    placed = phrase.rank is not None or any(each[0].kind == "place" for each in phrase.tests)
+    if phrase.open:
+        one = group.role in ("reference", "around") or (group.role != "structure" and placed)
+        return phrase if one else replace(phrase, plural=True)
+    if group.role not in ("structure", "kept") or placed or phrase.other or phrase.kind != "objects":
+        return phrase
+    whole = group.shaped and alone
+    unsaid = phrase.plural is None and phrase.count is None and (phrase.bare or whole) and (phrase.definite or alone)
+    single = whole and phrase.plural is False and phrase.count in (None, 1) and not phrase.every
+    return replace(phrase, plural=True, count=None) if unsaid or single else phrase

@@ -1,0 +1,85 @@
+"""Hold the words of a copied phrase, and say of single words what they can be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from grounding.goal_reading.phrase_references.adjectives import colours_of
+from grounding.goal_reading.phrase_references.phrase import Phrase, Test
+from grounding.goal_reading.phrase_references.scene_nouns import GENERAL, SceneNouns
+
+# Words that no adjective stands before.
+JOINTS = frozenset("and or , of with in on at to that which for is are the not but ( ) than from".split())
+_TARGETS = frozenset("to from me us away him her".split())
+
+
+@dataclass(frozen=True)
+class PhraseText:
+    """The words of a copied phrase.
+
+    Attributes:
+        words: as `plain_words` divides it.
+        nouns: of the scene.
+    """
+
+    words: tuple[str, ...]
+    nouns: SceneNouns
+
+    def word(self, place: int) -> str:
+        """Return the word at a place; empty before the first and after the last."""
+        return self.words[place] if 0 <= place < len(self.words) else ""
+
+    def noun_at(self, place: int) -> bool:
+        """Tell whether a noun stands at a place, or "thing" or "one"."""
+        word = self.word(place)
+        return bool(word) and (self.nouns.is_noun(word) or word in GENERAL or word in ("one", "ones"))
+
+    def colours_at(self, place: int) -> tuple[tuple[Test, ...], int] | None:
+        """Read colours, "red and blue"; "an orange" is the fruit where there is one.
+
+        Returns:
+            A test for each colour, and the place after them; `None` where none stands.
+        """
+        found: list[Test] = []
+        end = place
+        while True:
+            word = self.word(end)
+            fruit = word == "orange" and bool(self.nouns.of_kinds(("orange",))) and not self.noun_at(end + 1)
+            if colours_of(word) is None or fruit:
+                break
+            found.append(Test("colour", word))
+            end += 1
+            joint = end
+            while self.word(joint) in ("and", "or", ",", "coloured"):
+                joint += 1
+            if joint == end or colours_of(self.word(joint)) is None:
+                break
+            end = joint
+        return (tuple(found), end) if found else None
+
+    def in_clause(self, place: int) -> bool:
+        """Tell whether a word for a side belongs to a clause: "near me", "left of the plate"."""
+        word, following = self.word(place), self.word(place + 1)
+        if following == "of":
+            rim = word in ("left", "right", "top", "bottom", "front", "middle", "back")
+            target = self.word(place + 2) in ("middle", "the", "it", "this", "that", "my")
+            return rim and target and not self.nouns.plural(self.word(place + 3))
+        near = word in ("nearest", "closest", "furthest", "near", "close")
+        return following in _TARGETS or (near and following in ("on", "in", "at", "the", "by"))
+
+
+class PhraseReader(Protocol):
+    """What the readers of clauses need: the words of a phrase, and a reader of the phrases within it."""
+
+    text: PhraseText
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return all words."""
+
+    def word(self, place: int) -> str:
+        """Return the word at a place; empty after the last."""
+
+    def at(self, place: int, excepting: bool = True) -> tuple[Phrase, int] | None:
+        """Read the phrase that begins at a place; return it and the place after it, or `None`."""

@@ -1,0 +1,88 @@
+"""Choose objects by how large they are: "the two small ones", "the second tallest", "below fifteen centimetres"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from grounding.goal_reading.phrase_references.choice_errors import NothingFits
+from grounding.goal_reading.phrase_references.phrase import Rank, Test
+from grounding.references.attributes import MEASURES, ObjectAttributes, alike, by_size, of_size
+
+_UNKNOWN = "the sizes of the objects are not known"
+
+
+class SizeChoice:
+    """The sizes of the objects of one scene.
+
+    Args:
+        attributes: of each object.
+    """
+
+    def __init__(self, attributes: Sequence[ObjectAttributes | None]) -> None:
+        self._attributes = attributes
+
+    def fitting(self, test: Test, found: list[int], count: int | None, many: bool) -> list[int]:
+        """Keep the objects that an adjective of size or its comparative fits, compared with each other.
+
+        Args:
+            test: with the adjective; its value is 1 for a comparative.
+            found: the objects.
+            count: the number that the phrase speaks of, `None` where it does not say.
+            many: whether it speaks of several.
+        """
+        if len(found) < 2 or len(found) == count:
+            return found
+        known = [self._attributes[i] for i in found]
+        fits, order = of_size(test.word, known), by_size(test.word, known)
+        if fits is None or order is None:
+            raise NothingFits(_UNKNOWN)
+        if not fits and MEASURES[test.word].noun == "sizes":  # of a like volume: by their height
+            higher = Test("size", "tall" if MEASURES[test.word].sign > 0 else "short", value=test.value)
+            return self.fitting(higher, found, count, many)
+        one = not many and (test.value > 0 or len(found) == 2)
+        wanted = count if count is not None else (1 if one else None)
+        told = test.value > 0 or count is not None or len(fits) == 1
+        if wanted is not None and wanted < len(found) and told:
+            if not self._alike(test.word, found[order[wanted - 1]], found[order[wanted]]):
+                return [found[i] for i in order[:wanted]]
+        return [found[i] for i in fits]
+
+    def beyond(self, test: Test, index: int) -> bool:
+        """Tell whether an object is "taller than 15 cm"."""
+        attributes, measure = self._attributes[index], MEASURES[test.word]
+        if attributes is None or attributes.size is None:
+            raise NothingFits(_UNKNOWN)
+        own = measure.of(attributes.size)
+        return own > test.value if measure.sign > 0 else own < test.value
+
+    def ranked(self, rank: Rank, found: list[int], count: int) -> list[int]:
+        """Choose objects by a superlative; also those that are as large as the last chosen one."""
+        order = by_size(rank.by, [self._attributes[i] for i in found])
+        if order is None:
+            raise NothingFits(_UNKNOWN)
+        ranked = [found[i] for i in order]
+        if MEASURES[rank.by].noun == "sizes":
+            ranked = self._told_apart(rank.by, ranked)
+        first = rank.place - 1 if rank.place > 0 else len(ranked) - 1
+        chosen = ranked[first : first + count]
+        further = ranked[first + count :] if chosen else []
+        return [*chosen, *(i for i in further if self._tied(rank.by, chosen[-1], i))]
+
+    def _alike(self, word: str, one: int, other: int) -> bool:
+        first, second = self._attributes[one], self._attributes[other]
+        return first is not None and second is not None and alike(word, first, second)
+
+    def _tied(self, word: str, one: int, other: int) -> bool:
+        height = MEASURES[word].noun != "sizes" or self._alike("tall", one, other)
+        return height and self._alike(word, one, other)
+
+    def _told_apart(self, word: str, ranked: list[int]) -> list[int]:
+        """Sort those of a like volume by their height: a lower can is the smaller one."""
+        order = list(ranked)
+        for n in range(len(order) - 1):
+            one, other = self._attributes[order[n]], self._attributes[order[n + 1]]
+            if one is None or other is None or one.size is None or other.size is None or not alike(word, one, other):
+                continue
+            if MEASURES[word].sign * (other.size[2] - one.size[2]) > 0 and not alike("tall", one, other):
+                order[n], order[n + 1] = order[n + 1], order[n]
+        return order

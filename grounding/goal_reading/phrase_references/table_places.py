@@ -1,0 +1,131 @@
+"""Choose objects by the part of the table on which they stand, as the speaker sees it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from grounding.goal_reading.standing_places import StandingPlaces
+
+# Parts of the table that the arm can reach, metres: left of 0.16 is left; nearer than 0.36 is near, beyond 0.54 far.
+_LATERAL, _NEAR, _FAR = 0.16, 0.36, 0.54
+_CENTRE = (0.45, 0.0)
+SIDES_OF_TABLE = {"left": (0, -1), "right": (0, 1), "near": (1, 0), "far": (-1, 0)}
+# Places that differ by less than this are alike to the eye, metres.
+_STEP = 0.03
+
+
+class TablePlaces:
+    """The places of the objects of one scene.
+
+    Args:
+        standing: where they stand.
+    """
+
+    def __init__(self, standing: StandingPlaces) -> None:
+        self._standing = standing
+
+    def position(self, index: int) -> tuple[float, float]:
+        """Return where an object stands, (away, to the left) as the speaker sees it, metres."""
+        return self._standing.position(index)
+
+    def choose(self, found: Sequence[int], sides: Sequence[str], many: bool, count: int | None) -> list[int]:
+        """Keep those of some objects that stand on all of some sides; several where that is in doubt.
+
+        Args:
+            found: the objects.
+            sides: of "left", "right", "near", "far", "middle", "outer", "depth" (the middle from near to far), "ahead"
+                (of the speaker) and "farther" (rather far, as in "the far left").
+            many: whether the phrase speaks of several.
+            count: of how many; `None` where it does not say.
+        """
+        if len(found) < 2:
+            return list(found)
+        if "outer" in sides:
+            others = [side for side in sides if side != "outer"]
+            return self._outer(
+                [i for i in found if all(self._within(i, side, others) for side in others)] or list(found)
+            )
+        within = [i for i in found if all(self._within(i, side, sides) for side in sides)]
+        if "farther" in sides or (list(sides) == ["middle"] and not many):
+            there = "far" if "farther" in sides else "depth"
+            corner = [i for i in within if self._within(i, there, sides)]
+            within = corner if len(corner) == (count or 1) else within
+        wanted = count if count is not None else (None if many else 1)
+        if wanted != 1:
+            sides = [side for side in sides if side != "ahead"] or list(sides)
+            within = [i for i in found if all(self._within(i, side, sides) for side in sides)]
+        if wanted is None:
+            return within or self._outermost(found, sides)
+        if len(within) == wanted:
+            return within
+        if len(sides) == 1 and sides[0] == "middle" and wanted == 1:
+            return self._median(found)
+        start = within if len(within) > wanted else list(found)
+        order = sorted(start, key=lambda i: self._badness(i, sides))
+        if len(order) <= wanted:
+            return order
+        last = self._badness(order[wanted - 1], sides)
+        return [i for n, i in enumerate(order) if n < wanted or self._badness(i, sides) - last < _STEP]
+
+    def along(self, side: str) -> Callable[[int], float]:
+        """Return the order of objects from a side of the table on: that of the least value stands outermost."""
+        sign = SIDES_OF_TABLE[side]
+        return lambda i: sum(a * b for a, b in zip(sign, self.position(i), strict=True))
+
+    def between(self, found: Sequence[int], one: int, other: int) -> list[int]:
+        """Keep what stands between two objects, the nearest to the line between them first."""
+        (ax, ay), (bx, by) = self.position(one), self.position(other)
+        length = math.dist((ax, ay), (bx, by)) or 1e-9
+
+        def off(i: int) -> tuple[float, float]:
+            x, y = self.position(i)
+            share = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2
+            return share, abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length
+
+        inside = [i for i in found if i not in (one, other) and 0 < off(i)[0] < 1 and off(i)[1] < length / 2]
+        return sorted(inside, key=lambda i: off(i)[1])
+
+    def _within(self, index: int, side: str, sides: Sequence[str]) -> bool:
+        away, left = self.position(index)
+        if side in ("depth", "ahead", "farther"):
+            return _NEAR <= away <= _FAR if side == "depth" else abs(left) <= _LATERAL if side == "ahead" else True
+        if side == "middle":
+            lateral, depth = abs(left) <= _LATERAL, _NEAR <= away <= _FAR
+            if "left" in sides or "right" in sides:
+                return depth
+            return lateral
+        return {"left": left > _LATERAL, "right": left < -_LATERAL, "near": away < _NEAR, "far": away > _FAR}[side]
+
+    def _badness(self, index: int, sides: Sequence[str]) -> float:
+        away, left = self.position(index)
+        if tuple(sides) == ("middle",):
+            return math.dist((away, left), _CENTRE)
+        total = 0.0
+        for side in sides:
+            if side in ("depth", "ahead", "farther"):
+                total += abs(away - _CENTRE[0]) if side == "depth" else abs(left) if side == "ahead" else -0.25 * away
+            elif side == "middle":
+                total += abs(away - _CENTRE[0]) if "left" in sides or "right" in sides else abs(left)
+            else:
+                total += self.along(side)(index)
+        return total
+
+    def _outermost(self, found: Sequence[int], sides: Sequence[str]) -> list[int]:
+        order = sorted(found, key=lambda i: self._badness(i, sides))
+        steps = [self._badness(b, sides) - self._badness(a, sides) for a, b in zip(order, order[1:], strict=False)]
+        widest = max(range(len(steps)), key=steps.__getitem__)
+        return sorted(order[: widest + 1])
+
+    def _median(self, found: Sequence[int]) -> list[int]:
+        across = sorted(found, key=lambda i: self.position(i)[1])
+        if len(found) % 2 and len(found) == 3:
+            return [across[1]]
+        order = sorted(found, key=lambda i: self._badness(i, ("middle",)))
+        if self._badness(order[1], ("middle",)) - self._badness(order[0], ("middle",)) >= _STEP:
+            return order[:1]
+        return [across[len(across) // 2]] if len(across) % 2 else order[:2]
+
+    def _outer(self, found: Sequence[int]) -> list[int]:
+        across = sorted(found, key=lambda i: self.position(i)[1])
+        return sorted((across[0], across[-1]))
