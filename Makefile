@@ -15,9 +15,10 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 demo: $(VENV)/.installed
 	$(VENV)/bin/structagent run "$(INSTRUCTION)" --seed $(SEED) --out out/demo
 
-# As many test processes as there are cores, of one thread each. The tests start many commands: compiled modules are kept.
+# One test process more than there are cores, of one thread each, because tests also wait. The tests start many commands:
+# compiled modules are kept.
 test: $(VENV)/.installed-for-tests
-	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest --numprocesses auto --dist worksteal
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest --numprocesses $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --dist worksteal
 
 # The clone itself is installed (editable), so only a change of the dependencies installs anew.
 $(VENV)/.installed: pyproject.toml scripts/prepare.sh scripts/install.sh $(LOCKS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import importlib.util
 import io
@@ -10,6 +11,7 @@ import json
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -140,6 +142,21 @@ def quick_dtype() -> torch.dtype:
     return torch.bfloat16 if any(check() for check in supported if check) else torch.float32
 
 
+@contextlib.contextmanager
+def _file_read_once() -> Iterator[None]:
+    """Let transformers read a GGUF file once meanwhile: it does so three times, and makes the same table of names for
+    each of 400 modules, which together takes longer than everything else.
+    """
+    import gguf
+
+    before = gguf.GGUFReader, gguf.get_tensor_name_map
+    gguf.GGUFReader, gguf.get_tensor_name_map = map(functools.cache, before)
+    try:
+        yield
+    finally:
+        gguf.GGUFReader, gguf.get_tensor_name_map = before
+
+
 def _convert(gguf: Path, folder: Path) -> None:
     """Convert the model in a GGUF file to a model folder completely or not at all, even if other processes do the
     same.
@@ -155,7 +172,7 @@ def _convert(gguf: Path, folder: Path) -> None:
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        with contextlib.redirect_stderr(io.StringIO()):  # the converter's progress bars
+        with contextlib.redirect_stderr(io.StringIO()), _file_read_once():  # the converter's progress bars
             source = {
                 "pretrained_model_name_or_path": gguf.parent, "gguf_file": gguf.name, "trust_remote_code": False,
             }  # fmt: skip

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 import signal
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pexpect
 import pyte
+
+from tests.commands import structagent
 
 ROOT = Path(__file__).parents[3]
 LONGEST = 600.0  # s, until a test that waits in vain is given up; nothing is asked to be quick
@@ -38,8 +39,9 @@ class Terminal:
             **environment,
         }
         environment.pop("NO_COLOR", None)
+        command, *arguments = structagent(*arguments)
         self._child = pexpect.spawn(
-            sys.executable, ["-m", "agent", *arguments], dimensions=(rows, columns), env=environment,
+            command, arguments, dimensions=(rows, columns), env=environment,
             encoding="utf-8", timeout=LONGEST, cwd=str(home),
             # Whoever runs the tests in the background ignores Ctrl-C, and so would everything that they start.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),

@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 from tests.agent.chat.terminal import ROOT, Terminal
+from tests.commands import structagent
 
 HERE = Path(__file__).parent
 TRANSCRIPTS = HERE / "transcripts"
@@ -58,7 +58,7 @@ def normalized(lines: list[str]) -> str:
 def through_a_pipe(folder: Path) -> str:
     kept = {name: value for name, value in os.environ.items() if not name.startswith("STRUCTAGENT_")}
     done = subprocess.run(
-        [sys.executable, "-m", "agent", *ARGUMENTS, "--out", str(folder / "out")],
+        structagent(*ARGUMENTS, "--out", str(folder / "out")),
         input=PIPED, capture_output=True, text=True, encoding="utf-8", timeout=1200, cwd=folder,
         env={**kept, "PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(folder), "COLUMNS": "80"},
     )

@@ -16,6 +16,7 @@ from agent import __version__
 from agent.cli import app as cli
 from agent.cli.app import command_line
 from grounding.spec import SHAPES
+from tests.commands import structagent
 
 ROOT = Path(__file__).parents[3]
 EXACT = ("--model", "geometric")
@@ -260,7 +261,7 @@ def test_an_unusable_llm_is_told_and_the_other_parser_speaks(capsys):
 
 def test_parse_survives_bytes_that_are_no_text():
     done = subprocess.run(
-        [sys.executable, "-m", "agent", "parse", "--json"],
+        structagent("parse", "--json"),
         input=b"make a circle \xff\xfe\n\x00\x1b[31m\n",
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
@@ -272,7 +273,7 @@ def test_parse_survives_bytes_that_are_no_text():
 
 def test_parse_reads_standard_input():
     done = subprocess.run(
-        [sys.executable, "-m", "agent", "parse", "--json"],
+        structagent("parse", "--json"),
         input="make a circle\n\nstack the cans\n",
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
@@ -285,10 +286,10 @@ def test_parse_reads_standard_input():
 
 def test_run_without_the_arm_reports_json_alone_on_standard_output(tmp_path):
     done = subprocess.run(
-        [
-            sys.executable, "-m", "agent", "run", "make a line of boxes", "--objects", mesh_folder(tmp_path / "boxes", 4),
+        structagent(
+            "run", "make a line of boxes", "--objects", mesh_folder(tmp_path / "boxes", 4),
             "--model", "geometric", "--no-execute", "--json", "--out", str(tmp_path / "report"),
-        ],  # fmt: skip
+        ),  # fmt: skip
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,

@@ -114,7 +114,7 @@ def rows_but_for_lines(candidates, planner, scene):
 def test_a_worker_that_dies_costs_its_scene(objects, monkeypatch, capsys):
     monkeypatch.setattr(coverage, "_coverage_rows", rows_but_for_lines)
     command = ["evaluate", "coverage", "--objects", objects, "--model", "geometric", "--scenes", "1"]
-    command += ["--workers", "2", "--candidates", "6"]
+    command += ["--workers", "1", "--candidates", "6"]
     assert command_line([*command, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert set(report["aggregate"]) == {"circle", "tower", "table setting", "structure", "all"}

@@ -5,7 +5,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from agent.pipeline.instruction_parser import ReadingOptions
 from agent.runtime.stdio import LONGEST_LINE, NO_TEXT, lines_as_they_come
 from grounding.benchmark import free_rows
 from grounding.parsers.sentence_encoder import SentenceEncoder
+from tests.commands import structagent
 
 ROOT = Path(__file__).parents[3]
 
@@ -110,7 +110,7 @@ def test_a_stream_is_read_with_little_padding(monkeypatch):
 
 def test_every_line_is_answered_while_others_are_still_to_come_and_kept_at_ctrl_c():
     process = subprocess.Popen(
-        [sys.executable, "-m", "agent", "parse", "--json"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        structagent("parse", "--json"), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip

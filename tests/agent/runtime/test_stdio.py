@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ from agent.cli.app import command_line
 from agent.events import Proposed
 from agent.reporting.terminal_report import TerminalReport
 from agent.runtime.stdio import NO_TEXT, ReaderGone
+from tests.commands import structagent
 
 ROOT = Path(__file__).parents[3]
 EXACT = ["--objects", "boxes", "--model", "geometric", "--no-execute"]
@@ -32,9 +34,12 @@ def folder(tmp_path_factory) -> Path:
     return folder
 
 
+LIGHT = ("--help", "--version", "completion", "config", "models")  # what they import takes less than a fork's exit
+
+
 def piped(arguments: list[str], folder: Path, output: int) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", "agent", *arguments],
+        [sys.executable, "-m", "agent", *arguments] if arguments[0] in LIGHT else structagent(*arguments),
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdin=subprocess.DEVNULL,
@@ -102,7 +107,7 @@ def test_a_command_ends_when_nobody_reads_its_errors(folder):
     writing = closed_pipe()
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "agent", "run", "make a line", "--model", "oracle"], cwd=folder, stdout=writing,
+            structagent("run", "make a line", "--model", "oracle"), cwd=folder, stdout=writing,
             stderr=writing, env={**os.environ, "PYTHONPATH": str(ROOT)},
         )  # fmt: skip
     finally:
@@ -134,7 +139,7 @@ def test_a_closed_stream_is_no_defect(closed, folder):
 
 def through_the_shell(line: str, folder: Path) -> subprocess.CompletedProcess:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = line.replace("structagent", f"{sys.executable} -m agent")
+    command = line.replace("structagent", shlex.join(structagent()))
     return subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True)
 
 

@@ -15,6 +15,7 @@ from rich.text import Text
 from agent.event_base import RecordedEvent
 from agent.reporting.session_log import SessionWriter
 from agent.runtime.terminal_text import VisibleStream, console_on, styled, visible
+from tests.commands import structagent
 
 ROOT = Path(__file__).parents[3]
 TITLE, LINK = "\x1b]0;owned\x07", "\x1b]8;;http://evil.example\x1b\\here\x1b]8;;\x1b\\"
@@ -24,8 +25,9 @@ COMMANDS = ("\x1b", "\x07", "\x9b", "\u202e", "\r")
 
 def said(arguments: list[str], folder: Path, environment: dict | None = None, **more) -> tuple[str, str]:
     """Standard output and standard error, decoded as they are, of a command line."""
+    command = [sys.executable, "-m", "agent", *arguments] if environment else structagent(*arguments)
     done = subprocess.run(
-        [sys.executable, "-m", "agent", *arguments], cwd=folder, capture_output=True,
+        command, cwd=folder, capture_output=True,
         env={**os.environ, "PYTHONPATH": str(ROOT), **(environment or {})}, **more,
     )  # fmt: skip
     assert b"Traceback" not in done.stderr, done.stderr
@@ -97,7 +99,7 @@ def test_replay_on_a_terminal(tmp_path):
     file = session_of(tmp_path / "session.jsonl")
     leader, follower = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "agent", "replay", str(file)], stdin=follower, stdout=follower, stderr=follower,
+        structagent("replay", str(file)), stdin=follower, stdout=follower, stderr=follower,
         env={**os.environ, "PYTHONPATH": str(ROOT), "TERM": "xterm-256color"}, cwd=tmp_path,
     )  # fmt: skip
     os.close(follower)

@@ -8,7 +8,6 @@ import sys
 import pytest
 import torch
 from tokenizers import Tokenizer, models, pre_tokenizers
-from transformers import LlamaConfig, LlamaForCausalLM
 
 from grounding.benchmark import development_rows, score, templated_rows
 from grounding.parsers import llm_model
@@ -32,6 +31,8 @@ def model(cache_with_model):
 
 def make_model(folder, words=True):
     """A tiny untrained model; its tokens are words, or letters."""
+    from transformers import LlamaConfig, LlamaForCausalLM  # seconds, for the processes that run other tests
+
     text = " ".join([*ANSWERS, *(answer for legal in ANSWERS.values() for answer in legal)])
     pieces = dict.fromkeys(["?", *(text.split() if words else text)])
     tokenizer = Tokenizer(models.WordLevel({piece: i for i, piece in enumerate(pieces)}, "?"))

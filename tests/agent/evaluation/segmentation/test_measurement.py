@@ -5,7 +5,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-import open3d
 import pytest
 
 from agent.cli.app import command_line
@@ -15,6 +14,8 @@ from agent.evaluation.segmentation.measurement import measure_segmentation, prin
 
 
 def write_cloud(path, points, labels=None):
+    import open3d  # a second, for the processes that run other tests
+
     cloud = open3d.t.geometry.PointCloud(open3d.core.Tensor(points.reshape(-1, 3).astype(np.float32)))
     if labels is not None:
         cloud.point["label"] = open3d.core.Tensor(labels.reshape(-1, 1).astype(np.uint32))
@@ -59,6 +60,7 @@ def test_a_folder_is_measured(folder, tmp_path):
     assert "stacked" in results.getvalue() and report["command"] in results.getvalue()
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_synthetic_tables_are_measured_per_class(capsys, tmp_path):
     out = tmp_path / "report.json"
     arguments = "evaluate segmentation --scenes 1 --workers 1 --json --out"
