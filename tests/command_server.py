@@ -208,7 +208,8 @@ def _forked_helper(path: str, arguments: Sequence[Any], descriptors: Sequence[in
 def main() -> None:
     for name in IMPORTED:
         importlib.import_module(name)
-    gc.freeze()  # or the collector of each fork would copy every page; ompl would take it for a leak and is not imported
+    # Or the collector of each fork would copy every page. ompl would take it for a leak, and is not imported.
+    gc.freeze()
     tasks = Path("/proc/self/task")
     if tasks.is_dir() and len(list(tasks.iterdir())) > 1:
         sys.exit("threads run after the imports: no process can be forked safely")

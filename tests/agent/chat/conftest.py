@@ -1,13 +1,14 @@
 """Models for all chat tests, loaded once, and a small table to talk about; a quick arm and small pictures."""
 
 from dataclasses import replace
-from functools import partialmethod
+from functools import partial, partialmethod
 from pathlib import Path
 
 import pytest
 
 from agent.arm.trajectories import trajectory
 from agent.chat.conversation import Conversation
+from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.scenes.table_scene import SHOULDER
@@ -20,11 +21,18 @@ DESK = Path(__file__).parent / "desk.yaml"
 
 @pytest.fixture(autouse=True)
 def quick_arm(monkeypatch):
-    """Let the arm move twice as fast as its limits: how it moves is the subject of `tests/agent/arm`."""
+    """Let the arm move three times as fast as its limits: how it moves is the subject of `tests/agent/arm`."""
     def quick(path, period, limits):
-        return trajectory(path, period, 2 * limits)
+        return trajectory(path, period, 3 * limits)
 
     monkeypatch.setattr("agent.arm.controller.trajectory", quick)
+
+
+@pytest.fixture(autouse=True)
+def few_candidates(monkeypatch):
+    """Propose 16 arrangements and not 64: how good they are is the subject of `tests/structdiffusion`."""
+    for propose in (propose_arrangements, propose_goal):
+        monkeypatch.setattr(f"agent.chat.build_session.{propose.__name__}", partial(propose, count=16))
 
 
 @pytest.fixture(autouse=True)
