@@ -56,7 +56,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
         training = _complete(_json(run / RECORD), _RECORDED, run / RECORD)
         if training["files"] != files_of(network):
             raise BadInput(f"{run / RECORD} is of other weights than those in {network.folder}; copy them there first")
-    elif network.family in ("embedding", "llm"):
+    elif network.family in ("embedding", "llm", "llm_goals"):
         training = _parser_training(network)
     if reports:
         results = [_result(network, path) for path in reports]

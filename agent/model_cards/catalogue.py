@@ -24,6 +24,7 @@ FAMILIES: Mapping[str, str] = {
     "collision": "judges whether two objects intersect",
     "embedding": "reads instructions",
     "llm": "reads instructions: adapter of a language model",
+    "llm_goals": "writes goals of several parts: adapter of a language model",
 }
 
 
@@ -73,6 +74,9 @@ def networks(weights: Path | None = None) -> dict[str, Network]:
     if weights is None:
         found["embedding"] = Network("embedding", "embedding", PARSERS, card="embedding_card")
         found["llm"] = Network("llm", "llm", PARSERS, ("llm_adapter.safetensors",), "llm_card")
+        found["llm_goals"] = Network(
+            "llm_goals", "llm_goals", PARSERS, ("llm_goal_adapter.safetensors",), "llm_goals_card"
+        )
     return found
 
 

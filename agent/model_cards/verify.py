@@ -157,6 +157,18 @@ def _adapter_answer(network: Network) -> str:
     return f"{len(reply)} questions"
 
 
+def _goal_adapter_answer(network: Network) -> str:
+    """Let the language model write the goal of one sentence, and read the line back."""
+    from grounding.llm_goals.lines import Said, parts_of
+    from grounding.llm_goals.local import LocalGoals
+
+    said = Said.of(_SENTENCE)
+    written = LocalGoals(adapter=network.folder / network.files[-1]).write(said)
+    if written.parts is None or parts_of(written.line, said) != written.parts:
+        raise _Wrong(f"its answer to {_SENTENCE!r} is not a goal: {written.line!r}")
+    return f"a goal of {len(written.decisions)} decisions"
+
+
 def _finite(weights: dict[str, torch.Tensor], network: Network) -> str:
     for name, tensor in weights.items():
         if tensor.is_floating_point() and not bool(tensor.isfinite().all()):
@@ -173,4 +185,8 @@ def _sound(answer: torch.Tensor, shape: tuple[int, ...]) -> str:
 
 
 # How the networks that read instructions are checked; the others have a checkpoint.
-_PARSERS = {"embedding": (_parser, _parser_answer), "llm": (_adapter, _adapter_answer)}
+_PARSERS = {
+    "embedding": (_parser, _parser_answer),
+    "llm": (_adapter, _adapter_answer),
+    "llm_goals": (_adapter, _goal_adapter_answer),
+}

@@ -69,13 +69,16 @@ WORDINGS: Mapping[str, str] = {
         explain (yourself|this)
     """,
     "remaining": r"""
-        (what|how much)( <OBJECTS>| work| parts?| else)? (is|are|remains?)( still)?( left| to do| missing| to be done| to build\
-            | to be built| not done| not built| not finished| open| remaining| outstanding)+( (yet|now|still|to do|to build))*
+        (what|how much)( <OBJECTS>| work| parts?| else)? (is|are|remains?)( still)?( left| to do| missing| to be done\
+            | to build\
+            | to be built| not done| not built| not finished| open| remaining\
+                | outstanding)+( (yet|now|still|to do|to build))*
         (what|how much) (remains|is left over)( to be done| to do)?
         what( else)? is left( over)?( now| then| still)?
         what (do|must|should) you still( have to| need to)? (do|build|make)
         what (do|have) you still( got)?( have)? to (do|build|make)
-        (is|are)( there)? (anything|something|any parts?|parts?)( still)? (left|missing|to do|open|remaining)( to (do|build|make\
+        (is|are)( there)? (anything|something|any parts?|parts?)( still)? (left|missing|to do|open\
+            |remaining)( to (do|build|make\
             |be done|be built))?
         (is|was) (everything|all|it all|all of it) (done|finished|built|ready)
     """,
@@ -94,7 +97,8 @@ WORDINGS: Mapping[str, str] = {
         <OBJECTS>
     """,
     "related": r"""
-        (what|who|which)( all| else| kinds? of)*( <OBJECTS>| one| ones)? (<IS>|do you <SEE>|can you <SEE>|have you got|there is)\
+        (what|who|which)( all| else| kinds? of)*( <OBJECTS>| one| ones)? (<IS>|do you <SEE>|can you <SEE>|have you got\
+            |there is)\
             ( there)? <REL> <THE><OTHER>
         (is|are|was|were)( there)? (anything|something|nothing|anybody|any <OBJECTS>|<OBJECTS>|one)( else)?\
             ( (there|standing|lying|sitting|placed))* <REL> <THE><OTHER>
@@ -133,7 +137,8 @@ WORDINGS: Mapping[str, str] = {
     """,
     "built": r"""
         what (did|have) you( (just|already|actually))* (build|built|make|made)<LATELY>
-        (what|which)( <OBJECTS>|( of the)? (parts|structures))? (is|are|was|were|have been|has been)( already)? (built|made|done|finished)\
+        (what|which)( <OBJECTS>|( of the)? (parts|structures))? (is|are|was|were|have been|has been)( already)? (built\
+            |made|done|finished)\
             <LATELY>
         what (stands|is standing)( already| now)*
     """,
@@ -167,16 +172,19 @@ WORDINGS: Mapping[str, str] = {
         (which|what|who|where)( one| <OBJECTS>)? (is|are) (the |your )?<SUPERLATIVE><OF_ALL><PLACED>
         (which|what|who|where)( one| <OBJECTS>)? (is|are) (the |your )?<SUPERLATIVE> <THING><OF_ALL><PLACED>
         which( one)?( of)?( (the|these|those))? <THING> (is|are) (the )?<SUPERLATIVE><OF_ALL><PLACED>
-        how (tall|high|big|large|wide|long|small|far( away)?) (is|are) (the |your )?<SUPERLATIVE> <THING><OF_ALL><PLACED>
+        how (tall|high|big|large|wide|long|small|far( away)?) (is|are) (the \
+            |your )?<SUPERLATIVE> <THING><OF_ALL><PLACED>
         how (tall|high|big|large|wide|long|small|far( away)?) (is|are) (the |your )?<SUPERLATIVE><OF_ALL><PLACED>
         which( one)? of <THE><THING> (is|are|stands?) (the )?<COMPARATIVE>( (to|from) (you|the arm|here))*
         which( <THE>)?<THING> (is|are|stands?) (the )?<COMPARATIVE>( (to|from) (you|the arm|here))*
     """,
     "compare": r"""
         (is|are) <THE><THING>( much| any| really)? <COMPARATIVE> than <THE><OTHER>
-        (which|what)( one| of (them|these|those|the two))? (is|are) (the )?<COMPARATIVE>[, ]+(the |a )?<THING>,? (?P<relation>or)\
+        (which|what)( one| of (them|these|those|the two))? (is|are) (the )?<COMPARATIVE>[, ]+(the \
+            |a )?<THING>,? (?P<relation>or)\
             ( is( it)?)? (the |a )?<OTHER>
-        (are|is) <THE><THING>( of| about)? <VALUE:as tall|as high|as big|as large|as wide|as long|as small> as <THE><OTHER>
+        (are|is) <THE><THING>( of| about)? <VALUE:as tall|as high|as big|as large|as wide|as long\
+            |as small> as <THE><OTHER>
     """,
     "same": r"""
         (are|is|do|does) <THE><THING>( all| both| have)*( of)? <THE><VALUE:same size|same height|same width|same color\
@@ -192,11 +200,13 @@ WORDINGS: Mapping[str, str] = {
         how close (is|are) <THE><THING> to <THE><OTHER>
     """,
     "reach": r"""
-        (can|could) (you|the arm|the robot)( (actually|even|really|possibly))* (reach|get at|get hold of|get to|grasp|grab|pick up|lift\
+        (can|could) (you|the arm|the robot)( (actually|even|really|possibly))* (reach|get at|get hold of|get to|grasp\
+            |grab|pick up|lift\
             |hold|take hold of) <THE><THING>
         (can|could) you pick <THE><THING> up
         (is|are) <THE><THING> (in|within|out of|out) (reach|range)( for you| of the arm)?
-        (is|are) <THE><THING> (reachable|graspable|too far( away)?( for you)?|too (big|large|heavy) for (you|the arm|the hand))
+        (is|are) <THE><THING> (reachable|graspable|too far( away)?( for you)?\
+            |too (big|large|heavy) for (you|the arm|the hand))
     """,
     "empty": r"""
         (is|are) <THE><OTHER>( still| really)? <VALUE:empty|free|clear|full|occupied|covered>
@@ -206,7 +216,8 @@ WORDINGS: Mapping[str, str] = {
         how many( of)? <THE><THING>( (are|do|can|have|is)( (there|you|we|i|on the table|got\
             |here))*( <SEE>)?)?<PLACED>
         how many <THE><THING> there are<PLACED>
-        how many <THE><THING> (are|is|stands?|lies?|sits?|do you see|can you see|have you got|do you have)( there)? <REL> <THE><OTHER>
+        how many <THE><THING> (are|is|stands?|lies?|sits?|do you see|can you see|have you got\
+            |do you have)( there)? <REL> <THE><OTHER>
         what number of <THING> (are|do|have) (there|we|you)( (dealing with|have|got))*
         (how many have (you|we) got of|count|(what is )?the number of) <THE><THING><PLACED>
     """,

@@ -41,20 +41,21 @@ REGIONS: Mapping[str, str] = {
 }  # fmt: skip
 # Words that are in no noun phrase of an object: what holds one of them asks for something else.
 NO_THING = frozenset(
-    "to put make build place way ways chance possibility reason problem point room space idea difference time minute "
-    "question questions doubt plan name opinion stack line arrange form create set lay move pile add swap take let "
-    "give get do does did can could will would should may might must shall if that which who what when than because "
-    "while you "
-    "i me we us he she your my mine yours need use good better possible bit more less instead and or but not so too as "
-    "like into next between behind beside under over about be been being go going nothing something anyone somebody "
-    "anybody else again is are was were from there any another nicer prettier".split()
+    "to put make build place way ways chance possibility reason problem point room space idea difference time "
+    "minute question questions doubt plan name opinion stack line arrange form create set lay move pile add "
+    "swap take let give get do does did can could will would should may might must shall if that which who "
+    "what when than because while you i me we us he she your my mine yours need use good better possible bit "
+    "more less instead and or but not so too as like into next between behind beside under over about be been "
+    "being go going nothing something anyone somebody anybody else again is are was were from there any "
+    "another nicer prettier".split()
 )
 PARTS: Mapping[str, str] = {
     "ADDRESS": "(robot|mr robot|agent|structagent|arm|computer|mate|man|buddy|friend|partner|dear|you|there|everyone"
     "|all)",
     "THING": r"(?P<about>[\w'-]+( [\w'-]+){0,8}?)",
     "OTHER": r"(?P<other>[\w'-]+( [\w'-]+){0,6}?)",
-    "REL": f"(right |directly |immediately |standing |lying |sitting )*(?P<relation>{'|'.join(sorted(RELATIONS_SAID, key=len, reverse=True))})",
+    "REL": f"(right |directly |immediately |standing |lying "
+           f"|sitting )*(?P<relation>{'|'.join(sorted(RELATIONS_SAID, key=len, reverse=True))})",
     "IS": "(is|are|was|were|stands?|lies?|sits?)( (there|standing|lying|sitting|placed|located|currently))*",
     "COMPARATIVE": f"<VALUE:{'|'.join(COMPARATIVES)}>",
     "THE": r"((a|an|any|some|the|that|this|another|all|all the|your|also|still) )*",

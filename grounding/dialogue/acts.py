@@ -1,8 +1,8 @@
 """Classify what a line in a conversation does besides asking for a structure: greet, thank, or ask a question.
 
-Only text is used. A line counts as such an act only if every word of it is accounted for: an instruction in the form of a
-question ("can you stack the cans?", "what about a circle"), and an instruction with a greeting or a question beside it
-("hello, put the cups in a line"), stay instructions as a whole.
+Only text is used. A line counts as such an act only if every word of it is accounted for: an instruction in the form of
+a question ("can you stack the cans?", "what about a circle"), and an instruction with a greeting or a question beside
+it ("hello, put the cups in a line"), stay instructions as a whole.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class Act:
         value: what it asks about them: with "extreme" one of `SUPERLATIVES` or `COMPARATIVES`, with "compare" one of
             the latter or "as tall as" and the like, with "color" the colours that it offers, with "why" the number of
             a candidate, with "wish" that of a part; else empty.
-        relation: where they are by others, one of the values of `RELATIONS_SAID`; empty where it does not say; "or" with
-            "compare" where it asks which of two it is.
+        relation: where they are by others, one of the values of `RELATIONS_SAID`; empty where it does not say; "or"
+            with "compare" where it asks which of two it is.
         other: the objects, or the part of the table, that they are by, or compared with; in its own words.
     """
 

@@ -1,4 +1,4 @@
-"""Change goals of several parts: drop parts, keep some of them, exchange objects, and describe them with their numbers."""
+"""Change goals of several parts: drop parts, keep some of them, exchange objects, describe them with their numbers."""
 
 from __future__ import annotations
 

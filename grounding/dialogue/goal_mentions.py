@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 Span = tuple[int, int]
 _COUNTS = {word: number for number, words in enumerate(
-    ("1 one first 1st", "2 two second 2nd", "3 three third 3rd", "4 four fourth 4th", "5 five fifth 5th", "6 six sixth 6th",
+    ("1 one first "
+     "1st", "2 two second 2nd", "3 three third 3rd", "4 four fourth 4th", "5 five fifth 5th", "6 six sixth 6th",
      "7 seven seventh 7th", "8 eight eighth 8th", "9 nine ninth 9th", "10 ten tenth", "11 eleven", "12 twelve")
 ) for word in words.split()}  # fmt: skip
 _COUNT = "|".join(sorted(_COUNTS, key=len, reverse=True))
@@ -31,7 +32,8 @@ _NUMBERED = re.compile(
     rf"\(?\bparts? (?P<counts>(?:number )?(?:\d+|{_COUNT})(?:(?:,| and|, and) (?:\d+|{_COUNT}))*)\b\)?"
 )
 _ORDINAL = re.compile(rf"\b(?:the |that )?(?P<count>{_COUNT}|last) (?:part|one|structure|thing|goal)\b(?! of)")
-_ALL = re.compile(r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)|each(?: of them| part)?|all the "
+_ALL = re.compile(r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)"
+                  r"|each(?: of them| part)?|all the "
                   r"parts|both parts|every part)\b")  # fmt: skip
 # Noun -> the shape that it names.
 SHAPE_OF_NOUN = {
@@ -40,7 +42,8 @@ SHAPE_OF_NOUN = {
     for noun in (shape, *words.words.nouns, *words.words.never_objects)
 }  # fmt: skip
 _SHAPE = re.compile(
-    rf"(?:\b(?:the|that|this|my|your|its|no) (?:(?!one\b)\w+ )?|^)(?P<noun>{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})\b"
+    rf"(?:\b(?:the|that|this|my|your|its|no) (?:(?!one\b)\w+ )?"
+    rf"|^)(?P<noun>{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})\b"
     rf"(?! (?:of|shape) (?:a|an) )"
 )
 _PLACED = re.compile(
@@ -49,7 +52,8 @@ _PLACED = re.compile(
 )
 # Before words for a part: then something is placed by it, and it stays as it is.
 _BY_IT = re.compile(
-    r"\b(?:left of|right of|side of|end of|front of|top of|back of|behind|next to|beside|between|near|close to|from|around"
+    r"\b(?:left of|right of|side of|end of|front of|top of|back of|behind|next to|beside|between|near|close to|from"
+    r"|around"
     r"|inside|under)(?: and)? $"
 )
 
@@ -177,7 +181,7 @@ class GoalText:
         return True
 
     def targets(self) -> tuple[int, ...] | None:
-        """Return the parts that the sentence speaks of, by their own words or by their objects; `None` where it names none.
+        """Return the parts that the sentence speaks of, by their own words or by their objects; `None` without any.
 
         Objects that a part places count before those that it is placed by.
         """

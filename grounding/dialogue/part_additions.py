@@ -14,8 +14,10 @@ from grounding.spec import SLOTS, SpecError
 
 _ADDING = re.compile(
     r"^(?:(?:ok|okay|good|great|nice|fine|now|so|well|please|thanks|yes)[ ,]+)*"
-    r"(?:and(?: then| also| after that| now)?|then(?: also)?|also|additionally|next|after (?:that|this)|afterwards?|plus|besides"
-    r"(?: that)?|furthermore|moreover|on top of that|in addition|as well as that|when (?:that|this) is done|now also)[ ,]+"
+    r"(?:and(?: then| also| after that| now)?|then(?: also)?|also|additionally|next|after (?:that|this)|afterwards?"
+    r"|plus|besides"
+    r"(?: that)?|furthermore|moreover|on top of that|in addition|as well as that|when (?:that|this) is done"
+    r"|now also)[ ,]+"
 )
 _ADDED = re.compile(r"[ ,]+(?:too|as well|also|in addition|on top of that|afterwards|after that)$")
 ALL_THERE = re.compile(r"\b(?:everything|all|rest|others?|remaining|objects|things|items)\b", re.IGNORECASE)
@@ -95,7 +97,8 @@ def _read_after(turn: Turn, rest: str) -> Goal | None:
     """
     for number in _antecedents(turn, rest):
         goal = turn.reader.continued(turn.last, rest, number)
-        if goal is not None and len(goal.parts) > len(turn.last.parts) and goal.parts[: len(turn.last.parts)] == turn.last.parts:
+        before = turn.last.parts
+        if goal is not None and len(goal.parts) > len(before) and goal.parts[: len(before)] == before:
             return goal
     return None
 

@@ -21,7 +21,8 @@ from grounding.spec import SpecError
 
 # What stands around a correction and says nothing of a part.
 _MARKERS = re.compile(
-    r"^(?:(?:please|now|but|and|no|nope|actually|instead|sorry|wait|then|ok|okay|rather|make it|make that|i meant?|i said)\b[ ,]*)+"
+    r"^(?:(?:please|now|but|and|no|nope|actually|instead|sorry|wait|then|ok|okay|rather|make it|make that|i meant?"
+    r"|i said)\b[ ,]*)+"
     r"|[ ,]+(?:instead|please|now|rather|then|after all)$"
 )
 
@@ -111,7 +112,7 @@ def _change_of(turn: Turn, number: int, said: GoalText) -> tuple[Goal, str, Ques
 
 
 def _continued(turn: Turn, number: int, said: GoalText) -> Goal | None:
-    """Read what a sentence says of one part as if it went on from the goal; `None` where it says nothing of that part."""
+    """Read what a sentence says of one part as if it went on from the goal; `None` where it says nothing of it."""
     words = _MARKERS.sub("", said.said)
     goal = turn.reader.continued(turn.last, words, number) if words else None
     if goal is None or len(goal.parts) != len(turn.last.parts):

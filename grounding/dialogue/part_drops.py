@@ -15,14 +15,20 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import Part
 from grounding.parse_result import Question
 
-_POLITE = r"(?:(?:please|now|ok|okay|so|then|just|actually|no|yes|well|sorry|wait|and|but|let's|can you|could you|i want to)[ ,]+)*"
+_POLITE = (
+    r"(?:(?:please|now|ok|okay|so|then|just|actually|no|yes|well|sorry|wait|and|but|let's|can you|could you"
+    r"|i want to)[ ,]+)*"
+)
 _DROP = re.compile(
-    rf"^{_POLITE}(?:drop|remove|delete|forget(?: about)?|lose|ditch|cancel|skip|scrap|undo|without|never ?mind|not|no(?: more)?"
-    r"|omit|leave (?:out|off)|get rid of|take (?:away|out|off)|i (?:do not|don't) (?:want|need)|we (?:do not|don't) need)\b"
+    rf"^{_POLITE}(?:drop|remove|delete|forget(?: about)?|lose|ditch|cancel|skip|scrap|undo|without|never ?mind|not"
+    rf"|no(?: more)?"
+    r"|omit|leave (?:out|off)|get rid of|take (?:away|out|off)|i (?:do not|don't) (?:want|need)"
+    r"|we (?:do not|don't) need)\b"
 )
 _DROPPED = re.compile(r"\b(?:can go|has to go|must go|is not needed|are not needed|isn't needed|away|out)$")
 _LEFT = re.compile(
-    rf"^{_POLITE}(?:leave|keep|let)\b(?=.* (?:where (?:it|they|that) (?:is|are|was|were)|(?:as|like) (?:it|they) (?:is|are)|alone"
+    rf"^{_POLITE}(?:leave|keep|let)\b(?=.* (?:where (?:it|they|that) (?:is|are|was|were)"
+    rf"|(?:as|like) (?:it|they) (?:is|are)|alone"
     r"|in peace|be|out(?: of it)?|there|in place)$)"
 )
 _UNTOUCHED = re.compile(rf"^{_POLITE}(?:do not|don't|never) (?:touch|move|use|take|build|make|do)\b")
@@ -30,13 +36,15 @@ _KEEP = re.compile(rf"^{_POLITE}(?:(?P<only>only|just|nothing but)|(?:but )?(?:k
 _ONLY_BEHIND = re.compile(r"\b(?:only|alone|nothing else)$")
 _MORE_THAN_DROPS = re.compile(r"\b(?:with|instead|add|plus|but)\b")
 _FILLERS = FILLERS | frozenset(
-    "drop remove delete forget about lose ditch cancel skip scrap undo without never mind nevermind no more omit leave out off get "
-    "rid take away don't do not want need we keep only just nothing alone where was were as like touch use build else peace needed "
-    "isn't go can completely entirely altogether again after all too either anymore any more nor neither".split()
+    "drop remove delete forget about lose ditch cancel skip scrap undo without never mind nevermind no more "
+    "omit leave out off get rid take away don't do not want need we keep only just nothing alone where was "
+    "were as like touch use build else peace needed isn't go can completely entirely altogether again after "
+    "all too either anymore any more nor neither".split()
 )
 # Between two clauses that each drop or keep something.
 _CLAUSE = re.compile(
-    r"[,;.]+ *(?:and |but )?|\b(?:and|but)\b (?=(?:keep|leave|drop|remove|forget|only|just|skip|delete|cancel|without|don't|do not)\b)"
+    r"[,;.]+ *(?:and |but )?|\b(?:and"
+    r"|but)\b (?=(?:keep|leave|drop|remove|forget|only|just|skip|delete|cancel|without|don't|do not)\b)"
 )
 
 

@@ -52,7 +52,7 @@ def which_is_replaced(turn: Turn, read: SpokenReading) -> GoalRevision:
 
 
 def which_object_goes(turn: Turn) -> GoalRevision | None:
-    """Ask in place of which object another one is meant: "no, the banana"; `None` where the sentence says something else."""
+    """Ask in place of which object another one is meant: "no, the banana"; `None` where that is not said."""
     named = [one for one in turn.said.mentions if len(one.indices) == 1]
     if len(named) != 1 or len(turn.said.mentions) != 1 or turn.said.left_over([named[0].span], _EXCHANGING):
         return None

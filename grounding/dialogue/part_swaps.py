@@ -1,4 +1,4 @@
-"""Exchange the places of two parts, or of two objects, of a goal that is not built yet: "swap them", "the other way round"."""
+"""Exchange the places of two parts, or of two objects, of a goal that is not built yet: "swap them"."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart
 
 _SWAP = re.compile(
     r"\b(?:swap|switch|exchange|trade|interchange)(?: (?:the|their|these|those|two|both|of|them|it))*"
-    r"(?: (?:sides|places|positions|parts|structures|around|round|over))*\b|\b(?:the )?other way (?:a)?round\b|\bvice versa\b"
+    r"(?: (?:sides|places|positions|parts|structures|around|round|over))*\b|\b(?:the )?other way (?:a)?round\b"
+    r"|\bvice versa\b"
 )
 _FOR_ANOTHER = re.compile(r"\b(?:for|with|by|into)\b")
 

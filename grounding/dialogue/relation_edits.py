@@ -17,14 +17,14 @@ _OPPOSITE = {
     "right": "left", "top": "bottom", "bottom": "top", "away": "closer", "closer": "away",
 }  # fmt: skip
 _OTHER_SIDE = re.compile(
-    r"\b(?:(?:on|to|at|over to) )?(?:the |its )?(?:other|opposite) (?:side|end|way|direction)(?: (?:a)?round)?(?: of (?:it|that))?\b"
+    r"\b(?:(?:on|to|at|over to) )?(?:the |its )?(?:other|opposite) (?:side|end|way"
+    r"|direction)(?: (?:a)?round)?(?: of (?:it|that))?\b"
     r"|\bflip(?: (?:it|them))?\b|\bmirror(?:ed)?\b"
 )
 _SAID = {**RELATIONS_SAID, "in back of": "behind", "ahead of": "in front of", "before": "in front of", "by": "next to",
          "into": "in", "onto": "on", "alongside": "next to", "in between": "between"}  # fmt: skip
-_PHRASE = re.compile(
-    rf"\b(?P<relation>{'|'.join(sorted((said for said in _SAID if said not in ('at', 'near to')), key=len, reverse=True))})\b"
-)
+_FREE = sorted((said for said in _SAID if said not in ("at", "near to")), key=len, reverse=True)
+_PHRASE = re.compile(rf"\b(?P<relation>{'|'.join(_FREE)})\b")
 _SIDE = r"(?P<{}>left|right|middle|center|front|back|rear|top|bottom)"
 _PLACE = re.compile(
     r"\b(?:(?:more |over |further )*(?:on|at|in|to|into|towards?) (?:the |my |your )?)?(?:far |very |same )?"
@@ -35,15 +35,17 @@ _X = {"left": "left", "right": "right"}
 _Y = {"front": "bottom", "back": "top", "rear": "top", "top": "top", "bottom": "bottom"}
 _BARE_RELATION = re.compile(r"\b(?P<where>behind|in front|beside|next door|on top|inside|between)\b(?! of)")
 _BARE = {"behind": "behind", "in front": "in front of", "beside": "next to", "on top": "on", "inside": "in"}
-_AWAY = re.compile(r"\b(?P<way>away(?: from (?:me|you|us))?|closer(?: to (?:me|you|us))?|towards? (?:me|you|us)|back(?:wards?)?"
+_AWAY = re.compile(r"\b(?P<way>away(?: from (?:me|you|us))?|closer(?: to (?:me|you|us))?|towards? (?:me|you|us)"
+                   r"|back(?:wards?)?"
                    r"|forwards?)\b")  # fmt: skip
 _PRONOUN = re.compile(r"\b(?:it|that|them|there|this|the same)\b")
 FILLERS = frozenset(
-    "a an the please it its it's them they this that these those make put move set place should be is are goes go going want i "
-    "i'd would like you could can shall must has have to on at in and but also so now then just ok okay well no nope yes yeah "
-    "actually sorry hmm hm oh ah wait thanks thank instead rather better let lets let's bring keep get as one ones of thing "
-    "for me my stand stands sit sits lie lies not by with over more my want need mean meant change turn into there here still "
-    "only from , hey hi robot i meant said prefer do does if possible mind up out part parts side sides each other both".split()
+    "a an the please it its it's them they this that these those make put move set place should be is are goes "
+    "go going want i i'd would like you could can shall must has have to on at in and but also so now then "
+    "just ok okay well no nope yes yeah actually sorry hmm hm oh ah wait thanks thank instead rather better "
+    "let lets let's bring keep get as one ones of thing for me my stand stands sit sits lie lies not by with "
+    "over more my want need mean meant change turn into there here still only from , hey hi robot i meant said "
+    "prefer do does if possible mind up out part parts side sides each other both".split()
 )
 
 
@@ -199,7 +201,7 @@ def _placed(part: RelationPart, words: list[str]) -> RelationPart:
 
 
 def objects_exchanged(part: RelationPart, number: int, text: GoalText, spans: list[Span]) -> Mapping[int, int]:
-    """Return which objects of a part the text puts others in the place of: "no, the red one", "not the bowl, the mug"."""
+    """Return which objects of a part the text puts others in the place of: "no, the red one"."""
     own = {*objects_of(text.goal, part.objects), *objects_of(text.goal, part.reference)}
     said = [each for each in text.mentions if each.indices]
     denied = [each for each in said if each.mention.role == "left out" or re.search(
@@ -215,7 +217,8 @@ def objects_exchanged(part: RelationPart, number: int, text: GoalText, spans: li
             spans += [match.span() for match in re.finditer(r"\b(?:not|instead of|rather than)\b", text.said)]
             return {out[0]: fitting[0]}
     alone = re.fullmatch(
-        r"(?:(?:no|nope|not that(?: one)?|sorry|wait|actually|i meant?|rather|use|take|with|make (?:it|that)|instead)[ ,]+)*"
+        r"(?:(?:no|nope|not that(?: one)?|sorry|wait|actually|i meant?|rather|use|take|with|make (?:it|that)"
+        r"|instead)[ ,]+)*"
         r"(?:the |a |an )?(?P<what>.+?)(?:[ ,]+(?:instead|please|rather|i meant?|not that(?: one)?))*", text.said,
     )  # fmt: skip
     if denied or len(said) != 1 or alone is None or alone["what"] != text.said[slice(*said[0].span)]:

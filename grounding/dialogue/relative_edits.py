@@ -67,7 +67,7 @@ def normalized(text: str) -> str:
 
 
 def relative_edits(sentence: str) -> tuple[list[Edit], str]:
-    """Find the relative changes in a normalized sentence, in its order; return also the sentence without their words."""
+    """Find the relative changes in a normalized sentence, in its order, and the sentence without their words."""
     found: list[tuple[int, Edit]] = []
     turn = _turn(sentence)
     if turn:

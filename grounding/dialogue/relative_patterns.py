@@ -281,7 +281,8 @@ PATTERNS: list[tuple[LazyPattern, str, str, int | None]] = [
         ),
         (rf"(?:{_MUCH} )(?:closer|nearer)(?: to {_ME}| here)?", "y_position", "most", 1),
         (
-            rf"(?:{_BIT} |even |still )?(?:closer|nearer)(?: to| towards?)?(?: {_ME})?(?! (?:to|towards?|together|on|at|in)\b)",
+            rf"(?:{_BIT} |even |still )?(?:closer|nearer)(?: to"
+            rf"| towards?)?(?: {_ME})?(?! (?:to|towards?|together|on|at|in)\b)",
             "y_position",
             "step",
             1,

@@ -25,7 +25,9 @@ Read = Callable[[str], Parse]
 REVISION_STATUSES = ("ok", "ask", "refused", "unchanged")
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
 # Shapes that cannot be built, and are asked for all the same.
-OTHER_SHAPES = "square triangle rectangle grid heart star pyramid spiral cross arc semicircle diamond wall bridge".split()
+OTHER_SHAPES = (
+    "square triangle rectangle grid heart star pyramid spiral cross arc semicircle diamond wall bridge".split()
+)
 _SHAPE_WORDS = rf"(?:{'|'.join((*words_of_all('nouns'), *OTHER_SHAPES))})"
 _STRUCTURE = r"(?:structure|arrangement|whole thing|shape|formation|layout|thing)"
 _AS_SHAPE = rf"an? (?:\w+ ){{0,2}}{_SHAPE_WORDS}"

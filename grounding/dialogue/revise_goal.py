@@ -1,7 +1,8 @@
 """Revise a goal of several parts by the next sentence of a conversation: change, add, drop or choose parts.
 
-A goal of one structure with nothing but its five slots is revised as before (`grounding.dialogue.revise`), as long as the
-sentence asks for nothing that only a goal of several parts can hold. Everything is as spoken: left is the speaker's left.
+A goal of one structure with nothing but its five slots is revised as before (`grounding.dialogue.revise`), as long as
+the sentence asks for nothing that only a goal of several parts can hold. Everything is as spoken: left is the
+speaker's left.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ def revise_goal(
 
 
 def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
-    """Revise a goal of one plain structure, or none: as before, unless the sentence asks for more than that can hold."""
+    """Revise a goal of one plain structure, or none: as before, unless the sentence asks for more than it can hold."""
     last, text = turn.last, turn.text
     plain = turn.reader.revise(spec, text, turn.stands[0] if turn.stands else None)
     if len(text) <= _LONGEST_CORRECTION and last.parts:

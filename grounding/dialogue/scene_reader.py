@@ -56,7 +56,7 @@ class GoalReader(Protocol):
         """Revise one structure; see `grounding.dialogue.revise.revise`."""
 
     def continued(self, goal: Goal, text: str, about: int | None = None) -> Goal | None:
-        """Read a sentence that adds to a goal, or says something else of its parts; `None` where it is not understood."""
+        """Read a sentence that adds to a goal, or says something else of its parts; `None` if it is not understood."""
 
 
 class SceneReader:
@@ -84,6 +84,6 @@ class SceneReader:
         return self._interpreter.revise(last, text, stands)
 
     def continued(self, goal: Goal, text: str, about: int | None = None) -> Goal | None:
-        """Read a sentence that adds to a goal, or says something else of its parts; `None` where it is not understood."""
+        """Read a sentence that adds to a goal, or says something else of its parts; `None` if it is not understood."""
         read = self._interpreter.continued(goal, text, self._objects, about)
         return read.goal if read.complete else None

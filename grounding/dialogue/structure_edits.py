@@ -17,7 +17,8 @@ from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import FIRST_SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
 _RELATED = re.compile(
-    r"\b(?:(?:to the |on the )?(?:left|right) of|next to|beside|behind|in front of|on top of|between|inside)\b(?! the table)"
+    r"\b(?:(?:to the |on the )?(?:left|right) of|next to|beside|behind|in front of|on top of|between"
+    r"|inside)\b(?! the table)"
 )
 # Of shapes that the parser of slots does not read in corrections.
 _OTHER_NOUNS = sorted(
@@ -25,17 +26,20 @@ _OTHER_NOUNS = sorted(
 )
 _SIZES = {"small": "small", "tight": "small", "medium": "medium", "large": "large", "big": "large", "wide": "large"}
 _AS_SHAPE = re.compile(
-    r"(?:(?:no|now|ok|okay|actually|please|then|but|and|so|rather|i want|i'd like|make|turn|change|put|arrange|form|do|have|build|as"
+    r"(?:(?:no|now|ok|okay|actually|please|then|but|and|so|rather|i want|i'd like|make|turn|change|put|arrange|form|do"
+    r"|have|build|as"
     r"|it|them|that|this|into|to|in|from)[ ,]+)*an? (?:(?P<size>small|tight|medium|large|big|wide) )?"
     rf"(?P<noun>{'|'.join(map(re.escape, _OTHER_NOUNS))})(?: (?:shape|formation))?"
     r"(?:[ ,]+(?:instead|please|now|then|rather|of (?:it|them)|out of (?:it|them)))*"
 )
 # A number that is no angle, no count of rows and no degree of more.
 _NUMBER = re.compile(
-    r"(?<![\w.])\d[\d.]*+(?! ?(?:degrees?|deg|°|by|x|rows?|columns?|times|quarters?|more|fewer|less|objects?)\b)(?: \w+)?"
+    r"(?<![\w.])\d[\d.]*+(?! ?(?:degrees?|deg|°|by|x|rows?|columns?|times|quarters?|more|fewer|less"
+    r"|objects?)\b)(?: \w+)?"
 )
 _REVERSED = re.compile(
-    r"\b(?:(?:reverse|flip|invert|turn (?:a)?round)(?: (?:the|its|their))? order|(?:in )?(?:the )?(?:reverse[d]?|opposite|other) order"
+    r"\b(?:(?:reverse|flip|invert|turn (?:a)?round)(?: (?:the|its|their))? order"
+    r"|(?:in )?(?:the )?(?:reverse[d]?|opposite|other) order"
     r"|(?:the )?other way (?:a)?round|reverse (?:it|them|that))\b"
 )
 _BACKWARDS = {"ascending": "descending", "descending": "ascending"}

@@ -106,7 +106,8 @@ def unread_words(
 
 # Why something is wished asks for nothing: "smaller so that my son can reach it", "the camera cannot see it: smaller".
 _REASON = re.compile(
-    r"^[^:]*\b(?:cannot|can't|doesn't|does not|is|are|was|looks?|has|have)\b[^:]*:|[ ,]+(?:so that|so|because|since|cause|otherwise|or else) (?:my|i|we|he|she|you|they|the kids|it|there)\b.*$",
+    r"^[^:]*\b(?:cannot|can't|doesn't|does not|is|are|was|looks?|has|have)\b[^:]*:"
+    r"|[ ,]+(?:so that|so|because|since|cause|otherwise|or else) (?:my|i|we|he|she|you|they|the kids|it|there)\b.*$",
     re.IGNORECASE | re.DOTALL,
 )
 
@@ -122,18 +123,15 @@ def _strange_words(text: str) -> list[str]:
 
 
 _GRAMMAR = FUNCTION_WORDS | PATTERN_WORDS | NOT_OBJECTS | frozenset(ARRANGING) | frozenset(
-    "change fewer than add include insert remove drop lose ditch delete exclude omit skip kick scrap replace exchange substitute".split()
+    "change fewer than add include insert remove drop lose ditch delete exclude omit skip kick scrap replace exchange "
+    "substitute".split()
 )
 _CHATTER = frozenset(
-    "substitute substituted substituting lovely perfect cool awesome great good nice fine excellent super wonderful brilliant alright right "
-    "correct exactly "
-    "thanks cheers ta please pls plz kindly sir buddy pal mate friend honey hello hi hey there ok okay yep "
-    "yup yeah nah "
-    "hmm uh um er erm ah oh wow well look see anyway though actually honestly basically seriously think "
-    "guess suppose "
-    "believe understand prefer rather better best worse pretty quite almost nearly close enough done again "
-    "instead then "
-    "now today tonight later first finally lastly more less too both else ever yet already also same again "
-    "still like "
-    "neat neater neatly tidy tidily clearly obviously simply careful carefully gently slowly quickly".split()
+    "substitute substituted substituting lovely perfect cool awesome great good nice fine excellent super "
+    "wonderful brilliant alright right correct exactly thanks cheers ta please pls plz kindly sir buddy pal "
+    "mate friend honey hello hi hey there ok okay yep yup yeah nah hmm uh um er erm ah oh wow well look see "
+    "anyway though actually honestly basically seriously think guess suppose believe understand prefer rather "
+    "better best worse pretty quite almost nearly close enough done again instead then now today tonight later "
+    "first finally lastly more less too both else ever yet already also same again still like neat neater "
+    "neatly tidy tidily clearly obviously simply careful carefully gently slowly quickly".split()
 )

@@ -146,9 +146,10 @@ def test_a_proposal_is_explained(conversation):
     conversation.say("put the cups in a small circle on the left")
     known = conversation._known()
     why = answer(acts_of("why that one"), known)
-    total = conversation.situation.proposal.proposed.candidates[0].scores["total"]
-    assert why.startswith(f"Candidate 1 is the best of 64: its score, {total:.2f}, is the product of")
-    assert answer(acts_of("why candidate 99"), known).startswith("There is no candidate 99; there are 1 to 64.")
+    candidates = conversation.situation.proposal.proposed.candidates
+    count, total = len(candidates), candidates[0].scores["total"]
+    assert why.startswith(f"Candidate 1 is the best of {count}: its score, {total:.2f}, is the product of")
+    assert answer(acts_of("why candidate 99"), known).startswith(f"There is no candidate 99; there are 1 to {count}.")
     plan = answer(acts_of("what are you going to do"), known).splitlines()
     assert plan[0] == "I propose candidate 1, a small circle of cup 1, cup 2 and cup 3 (left):" and len(plan) == 5
     assert plan[1].startswith("  cup 1 goes on the left, ")

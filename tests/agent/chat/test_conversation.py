@@ -287,8 +287,9 @@ def test_another_candidate_can_be_chosen(conversation, sent):
 
 def test_a_candidate_that_is_not_there(conversation):
     conversation.say("put the cups in a small circle on the left")
-    for rank in (0, 65):
-        with pytest.raises(UsageError, match=f"there is no candidate {rank}; legal: 1 to 64"):
+    last = len(conversation.situation.proposal.proposed.candidates)
+    for rank in (0, last + 1):
+        with pytest.raises(UsageError, match=f"there is no candidate {rank}; legal: 1 to {last}"):
             conversation.choose(rank)
 
 

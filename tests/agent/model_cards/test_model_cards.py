@@ -94,7 +94,7 @@ def fails(code: int, arguments: list[str], capsys) -> str:
 def test_the_list_has_every_network_that_comes_along(capsys):
     assert command_line(["models", "list", "--json"]) == 0
     rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)}
-    assert set(rows) == {path.parent.name for path in SHIPPED.glob("*/config.json")} | {"embedding", "llm"}
+    assert set(rows) == {path.parent.name for path in SHIPPED.glob("*/config.json")} | {"embedding", "llm", "llm_goals"}
     model = PoseDiffusion.from_pretrained(SHIPPED / "diffusion")
     assert rows["diffusion"]["parameters"] == parameter_count(model)
     files = ("config.json", "model.safetensors")
@@ -119,7 +119,7 @@ def test_cards_that_come_along_are_what_their_facts_and_files_give(name):
         assert f"\n## {heading}\n" in one.text_path.read_text()
 
 
-@pytest.mark.parametrize("name", [name for name in networks() if name != "llm"])
+@pytest.mark.parametrize("name", [name for name in networks() if not name.startswith("llm")])
 def test_networks_that_come_along_are_verified(name):
     findings = list(verify(networks()[name]))
     assert [finding.check for finding in findings] == ["files", "weights", "answer"]

@@ -3,10 +3,19 @@
 import pytest
 import torch
 
+from agent.model_cards.catalogue import network
+from agent.model_cards.verify import verify
 from grounding.goal_reading.reader import GoalReader
 from grounding.goals.goal import Goal
 from grounding.llm_goals.lines import NO_GOAL, Said, parts_of
-from grounding.llm_goals.local import GOAL_ADAPTER, RETRIES, LocalGoals, LocalGoalWriter, said_counts, said_lengths
+from grounding.llm_goals.local import (
+    GOAL_ADAPTER,
+    RETRIES,
+    LocalGoals,
+    LocalGoalWriter,
+    said_counts,
+    said_lengths,
+)
 from grounding.llm_goals.reader import LLMGoalReader
 from grounding.parsers.llm_local import INSTRUCTION
 from grounding.parsers.llm_reply import LLMError
@@ -36,6 +45,12 @@ def written(goals, text):
 )
 def test_plain_wishes_are_read(goals, text, line):
     assert written(goals, text).line == line
+
+
+def test_the_adapter_is_that_of_its_card_and_works():
+    findings = list(verify(network("llm_goals")))
+    assert [finding.check for finding in findings] == ["files", "weights", "answer"]
+    assert all(finding.passed for finding in findings), findings
 
 
 @pytest.mark.parametrize(
