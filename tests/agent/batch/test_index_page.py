@@ -11,6 +11,7 @@ import pytest
 from agent.batch.index_page import index_page, outcome_of
 from agent.batch.rows import BadRow, Row
 from agent.pipeline.run import RunOptions
+from tests.dumped_page import dumped_page
 
 OPTIONS = RunOptions()
 LINE, CIRCLE = {"kind": "structure", "shape": "line"}, {"kind": "structure", "shape": "circle"}
@@ -151,6 +152,41 @@ def test_the_page_needs_no_network(tmp_path):
     page = index_page([row("a")], {"a": result("a")}, tmp_path)
     assert not re.search(r"https?:|//[a-z]|@import|url\(|fetch\(|XMLHttpRequest", page)
     assert not re.findall(r"<(?:link|iframe|script src)", page)
+
+
+USES = {
+    "document.querySelector('button[value=failed]').click()": ["b"],
+    "choose.value = 'line'; choose.onchange()": ["a", "b"],
+    "words.value = 'KETTLE there'; words.oninput()": ["d"],
+    "choose.value = 'circle'; document.querySelector('button[value=stood]').click()": [],
+    "": ["a", "b", "c", "d"],
+}
+
+
+def test_filters_in_a_browser(tmp_path):
+    results = [
+        result("a", 0, None, LINE),
+        result("b", 5, "it does not stand", CIRCLE, LINE),
+        result("c", 0, None, SETTING),
+        result("d", 3, "there is no kettle"),
+    ]
+    page = index_page([row(one["id"]) for one in results], {one["id"]: one for one in results}, tmp_path)
+    uses = json.dumps(list(USES))
+    script = f"""<script>
+      const choose = document.querySelector("select"), words = document.querySelector("input[type=search]");
+      const seen = [];
+      for (const use of {uses}) {{
+        choose.value = ""; words.value = ""; document.querySelector("button").click();
+        eval(use);
+        seen.push([...document.querySelectorAll(".rows > li")].filter((e) => !e.hidden).map((e) => e.id.slice(4)));
+      }}
+      document.title = JSON.stringify(seen);
+    </script>"""
+    file = tmp_path / "index.html"
+    file.write_text(page.replace("</body>", script + "</body>"), encoding="utf-8")
+    document = dumped_page(file)
+    assert json.loads(re.search("<title>(.*?)</title>", document).group(1)) == list(USES.values())
+    assert '<div class="filters">' in document  # shown, now that there is a script
 
 
 def test_two_thousand_rows_are_cheap(tmp_path):
