@@ -9,7 +9,7 @@ from agent import events
 from agent.arm.events import Placed, PlanFailed, Planned, Stopped
 from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
 from agent.event_base import Event
-from agent.pipeline.building import build_with_arm, forward_events
+from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
 from agent.pipeline.event_builders import chosen_event
 from agent.pipeline.proposing import propose_arrangements
 from agent.pipeline.release import TRIED_PICTURE, release_in_physics
@@ -201,6 +201,23 @@ def test_without_ranks_they_are_numbered_in_order(table):
     np.testing.assert_allclose(table.world.poses(), start, atol=0.002)
 
 
+def test_the_last_picture_knows_how_far_everything_has_moved(table):
+    scene, start = table.look(), np.array(table.world.poses())
+    motions = np.tile(np.eye(4), (2, 1, 1))
+    motions[:, 0, 3] = 1.2  # out of reach
+    pushed = pose_from_xyz_yaw(0.5, 0.0, 0.0, 0.7)
+    happened = []
+    with pytest.raises(ExecutionFailed):
+        for event in build_with_arm(table, scene, StructureSpec("line"), [Arrangement(motions)], 0, film=False):
+            if isinstance(event, PlanFailed):
+                table.world.set_pose(1, pushed)
+            happened.append(event)
+    last = happened[-1]
+    assert isinstance(last, events.Pictured) and last.name == LAST_PICTURE
+    for name, pose, now in zip(table.names, start, (start[0], pushed), strict=True):
+        np.testing.assert_allclose(last.motions[name] @ pose, now, atol=0.003)
+
+
 # --- trying without the arm ----------------------------------------------------------------------
 
 
@@ -216,6 +233,9 @@ def test_what_was_tried_is_sent_and_pictured_and_the_table_stays(table):
     for position, goal in zip(tried.positions, expected, strict=True):
         np.testing.assert_allclose(position, goal["position"], atol=0.01)
     assert pictured.name == TRIED_PICTURE and "unchanged" in pictured.caption
+    assert list(pictured.motions) == list(table.names)
+    for motion, pose, goal in zip(pictured.motions.values(), start, goals, strict=True):
+        np.testing.assert_allclose(motion @ pose, goal, atol=0.01)
     for place in goals[:, :3, 3] + (0, 0, 0.02):  # a box is where none was
         column, row = table.world.camera.pixels(place).astype(int)
         assert np.abs(pictured.image[row, column].astype(int) - before[row, column]).max() > 30
