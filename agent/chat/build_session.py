@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +27,9 @@ from agent.pipeline.run import RunOptions, make_goal
 from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Scene
+
+if TYPE_CHECKING:
+    from agent.scenes.table_scene import TableScene
 
 
 class BuildSession(TableSession):
@@ -152,8 +156,13 @@ class BuildSession(TableSession):
         for event in plan_structure(proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
-    def go(self) -> bool:
-        """Build the chosen arrangement and check it. Return whether it stands as asked."""
+    def go(self, on_step: Callable[[TableScene], None] | None = None) -> bool:
+        """Build the chosen arrangement and check it. Return whether it stands as asked.
+
+        Args:
+            on_step: called after every physics step while the arm is at work; a `KeyboardInterrupt` that it raises
+                stops the arm.
+        """
         from agent.scenes.table_scene import MOVED
 
         proposal, options = self._proposed(), self.options
@@ -170,6 +179,7 @@ class BuildSession(TableSession):
                         arrangements,
                         options.seed,
                         ranks=proposal.ranks_to_try,
+                        on_step=on_step,
                     )
                 else:
                     building = release_in_physics(self.table, proposal.scene, proposal.wanted, arrangements[0])

@@ -19,7 +19,7 @@ from agent.errors import NotBuildable, UsageError
 from agent.event_base import Listener, json_value
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
-from grounding.dialogue.acts import Act
+from grounding.dialogue.acts import Act, acts_of, is_question
 from grounding.dialogue.revise import Revision
 from grounding.parse_result import OBJECT, REFUSALS, Question
 from grounding.references.selection import SelectionError, select_objects
@@ -192,6 +192,15 @@ class Conversation(GoalTurns):
         self.send(
             events.Answered(text, answer(acts, self._known()) if acts else reply_to_unknown_question(self._known()))
         )
+
+    def replied(self, line: str) -> bool:
+        """Answer a line that is small talk or a question and asks for nothing to be built. Return whether it was one.
+        """
+        acts = acts_of(line)
+        if not acts and not (is_question(line) and self.asks_for_nothing(line)):
+            return False
+        self.reply(line, acts)
+        return True
 
     def asks_for_nothing(self, text: str) -> bool:
         """Return whether the parser finds no goal in a line, so that it may be a question."""

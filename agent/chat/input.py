@@ -4,11 +4,11 @@ input.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from agent.runtime.output_paths import state_folder
 from agent.runtime.stdio import LONGEST_LINE
 
 if TYPE_CHECKING:
@@ -151,11 +151,6 @@ def _history():  # noqa: ANN202
 
 
 def history_file() -> Path | None:
-    """Return the path of the line history, structagent/history in XDG_STATE_HOME or ~/.local/state; `None` without a
-    home folder.
-    """
-    state = os.environ.get("XDG_STATE_HOME", "")
-    if state:
-        return Path(state) / "structagent" / "history"
-    home = os.path.expanduser("~")
-    return None if home == "~" else Path(home) / ".local" / "state" / "structagent" / "history"
+    """Return the path of the line history in the folder for state; `None` without a home folder."""
+    folder = state_folder()
+    return None if folder is None else folder / "history"

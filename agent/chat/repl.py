@@ -12,15 +12,12 @@ from agent.chat.command_runner import CommandRunner
 from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
 from agent.chat.input import Lines
+from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option
 from agent.chat.view import ChatScreen
 from agent.errors import DEFECT, DONE, NotWritten, UsageError, exit_code_of, one_sentence
-from grounding.dialogue.acts import acts_of, is_question
 
-_YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
-_NO = ("n", "no", "no thanks", "no thank you", "never mind", "nevermind")
 _INTERRUPTS = 3  # number of Ctrl-C in a row, with no line completed in between, that ends the chat
 _DROPPED = "the question is dropped; say it another way"
-_ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
 
 
 class Chat:
@@ -144,7 +141,7 @@ class Chat:
             self._answer(line)
         elif self._conversation.situation.proposal is not None:
             self._decide(line)
-        elif line.isdecimal() or line.lower().rstrip(".!") in (*_YES, *_NO):
+        elif line.isdecimal() or bare_words(line) in (*YES, *NO):
             raise UsageError("there is no proposal; say what to build, or /again")
         else:
             self._say(line)
@@ -154,49 +151,38 @@ class Chat:
 
     def _say(self, line: str) -> None:
         self._screen.busy("reading")
-        if not self._replied(line) and self._conversation.say(line):
+        if not self._conversation.replied(line) and self._conversation.say(line):
             self._proposed()
-
-    def _replied(self, line: str) -> bool:
-        """Answer a line that is small talk or a question and asks for nothing to be built. Return whether it was one.
-        """
-        acts = acts_of(line)
-        if not acts and not (is_question(line) and self._conversation.asks_for_nothing(line)):
-            return False
-        self._conversation.reply(line, acts)
-        return True
 
     def _proposed(self) -> None:
         if self._yes:
             self._commands.build()
 
     def _answer(self, line: str) -> None:
-        question, said = self._conversation.question, line.lower().rstrip(".!")
+        question, said = self._conversation.question, bare_words(line)
         assert question is not None  # the caller has looked
-        options = {str(number): option for number, option in enumerate(question.options, start=1)}
-        options |= {option.lower(): option for option in question.options}
-        if said in _NO:
+        if said in NO:
             self._conversation.send(events.Commanded(line))
             self._conversation.drop()
             self._screen.note(_DROPPED)
-        elif said in options or (said in _ANY and question.slot != "shape"):
+        elif (chosen := chosen_option(line, question)) is not None:
             self._conversation.send(events.Commanded(line))
             self._screen.busy("proposing arrangements")
-            if self._conversation.answer(options.get(said)):
+            if self._conversation.answer(chosen[0]):
                 self._proposed()
-        elif said.isdecimal() or said in _YES:
+        elif said.isdecimal() or said in YES:
             raise UsageError(f"{line!r} is not an answer; legal: 1 to {len(question.options)}, or say it differently")
         else:
             self._screen.busy("reading")
-            if not self._replied(line) and self._conversation.answer_in_words(line):
+            if not self._conversation.replied(line) and self._conversation.answer_in_words(line):
                 self._proposed()
 
     def _decide(self, line: str) -> None:
-        said = line.lower().rstrip(".!")
-        if said in _YES:
+        said = bare_words(line)
+        if said in YES:
             self._conversation.send(events.Commanded(line))
             self._commands.build()
-        elif said in _NO:
+        elif said in NO:
             self._conversation.send(events.Commanded(line))
             self._conversation.drop()
             self._screen.note("nothing was moved; say what should be different")

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from threading import Thread
 from typing import TextIO
 
 from rich.console import Console
 from rich.markup import escape
 
-from agent import events
 from agent.chat.commands import COMMANDS
 from agent.chat.conversation import Conversation
 from agent.chat.input import Lines, PlainLines, PromptedLines
 from agent.chat.interrupts import exit_on_repeated_interrupts
+from agent.chat.preloading import Preloading
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
-from agent.event_base import Event, json_value
+from agent.event_base import json_value
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
-from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
+from agent.reporting.turn_records import TurnRecords
 from grounding.spec import LEGAL_VALUES
 
 
@@ -44,23 +43,16 @@ def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO
     cache = ResourceCache()
     screen = ChatScreen(console)
     with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
-        with Conversation(options, cache, [screen, _TurnRecords(writer)]) as conversation:
-            preloading = Thread(target=_preload, args=(cache, options), daemon=True)
+        with Conversation(options, cache, [screen, TurnRecords(writer)]) as conversation:
+            preloading = Preloading(cache, options)
             with exit_on_repeated_interrupts(console.file) as stopped, _without_control_echo(lines):
                 try:
                     source = _lines(lines, console, conversation)
                     chat = Chat(conversation, screen, source, session, yes, stopped)
                     chat.run(preloading.start)  # not sooner: it would slow down what the user waits for
                 finally:
-                    _join(preloading)
+                    preloading.join()
     return chat.exit_code
-
-
-def _join(preloading: Thread) -> None:
-    """Wait until everything is loaded, since a process that ends while a library is being loaded crashes."""
-    while preloading.is_alive():
-        with suppress(KeyboardInterrupt):  # impatient users press Ctrl-C more than once
-            preloading.join()
 
 
 @contextmanager
@@ -81,17 +73,6 @@ def _without_control_echo(lines: TextIO) -> Iterator[None]:
         termios.tcsetattr(lines, termios.TCSANOW, before)
 
 
-def _preload(cache: ResourceCache, options: RunOptions) -> None:
-    """Load the models; a known error is ignored here, because it is raised again and shown when they are needed."""
-    from agent.errors import exit_code_of
-
-    try:
-        cache.preload(options.reading, options.model, options.weights, options.allow_unverified)
-    except Exception as error:
-        if exit_code_of(error) is None:
-            raise
-
-
 def _lines(lines: TextIO, console: Console, conversation: Conversation) -> Lines:
     if lines.isatty() and console.is_terminal and not console.is_dumb_terminal:
         commands = {command.name: command.words for command in COMMANDS}
@@ -109,16 +90,3 @@ def _vocabulary(conversation: Conversation) -> Sequence[str]:
     values = [value for slot in LEGAL_VALUES.values() for value in slot]
     nouns = {model.category for model in conversation.table.models}
     return sorted({*values, *nouns, *(f"{noun}s" for noun in nouns)})
-
-
-class _TurnRecords:
-    """A listener that writes every event and its pictures to the session, with one record per turn."""
-
-    def __init__(self, writer: SessionWriter) -> None:
-        self._writer = writer
-        self._record = RunRecord(writer)
-
-    def on_event(self, event: Event) -> None:
-        if isinstance(event, events.Started):
-            self._record = RunRecord(self._writer)
-        self._record.on_event(event)

@@ -86,6 +86,16 @@ class TableSession:
         """
         self._go_to("undo", self._past, self._future)
 
+    def moved_by_undo(self) -> tuple[str, ...]:
+        """Return the names of the objects that `undo` would put back.
+
+        Raises:
+            UsageError: if there is no earlier turn.
+        """
+        if not self._past:
+            raise UsageError("there is nothing to undo")
+        return self.table.moved_since(self._past[-1].poses)
+
     def redo(self) -> None:
         """Revert an undo.
 

@@ -19,6 +19,7 @@ from agent.cli.config import ConfiguredGroup, config_app
 from agent.cli.doctor import doctor
 from agent.cli.evaluate.app import evaluate_app
 from agent.cli.generate import generate
+from agent.cli.mcp import mcp
 from agent.cli.models import models_app
 from agent.cli.options import print_error
 from agent.cli.parse import parse
@@ -53,6 +54,7 @@ app.add_typer(config_app, name="config")
 app.add_typer(bag_app, name="bag")
 app.add_typer(models_app, name="models")
 app.command("chat")(chat)
+app.command("mcp")(mcp)
 
 
 def _version(wanted: bool) -> None:

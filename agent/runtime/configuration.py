@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from agent.errors import BadInput
-from agent.runtime.settings import BY_NAME, KEY_VARIABLE, PREFIX, PROJECT_FILE, SETTINGS, Setting
+from agent.runtime.settings import BY_NAME, KEY_VARIABLE, PREFIX, PROJECT_FILE, SECRETS, SETTINGS, Setting
 from structdiffusion.limits import SETTINGS_BYTES, read_at_most
 
 ENVIRONMENT, PROJECT, USER = "environment", "project file", "user file"
@@ -134,7 +134,7 @@ def _read_environment(environment: Mapping[str, str], folder: Path | None) -> di
     values = {}
     variables = {setting.variable: setting for setting in SETTINGS}
     for variable in sorted(environment):
-        if not variable.startswith(PREFIX) or variable == KEY_VARIABLE or not environment[variable].strip():
+        if not variable.startswith(PREFIX) or variable in SECRETS or not environment[variable].strip():
             continue
         if variable not in variables:
             raise ConfigError(f"environment: {_unknown('variable', variable, variables)}")

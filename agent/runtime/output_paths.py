@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -53,6 +54,17 @@ def check_file(file: Path | None) -> None:
             _try_folder(file.parent)
     except OSError as error:
         raise BadInput(f"{_cannot_be(file, error)}; legal: a file in a folder that can be written to") from error
+
+
+def state_folder() -> Path | None:
+    """Return the folder for what outlives a command, structagent in XDG_STATE_HOME or ~/.local/state; `None` without a
+    home folder.
+    """
+    state = os.environ.get("XDG_STATE_HOME", "")
+    if state:
+        return Path(state) / "structagent"
+    home = os.path.expanduser("~")
+    return None if home == "~" else Path(home) / ".local" / "state" / "structagent"
 
 
 def write_report(report: Mapping[str, Any], path: Path) -> list[Path]:

@@ -17,6 +17,8 @@ from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS
 PROJECT_FILE = "structagent.toml"
 PREFIX = "STRUCTAGENT_"
 KEY_VARIABLE = "STRUCTAGENT_LLM_KEY"
+TOKEN_VARIABLE = "STRUCTAGENT_MCP_TOKEN"
+SECRETS = (KEY_VARIABLE, TOKEN_VARIABLE)  # variables that no file may hold
 MOST_SEED = 2**63 - 1  # largest seed that every generator takes
 LIBRARIES = ("ycb", "procedural", "random_urdfs", "training", "validation", "blocks")
 

@@ -13,7 +13,7 @@ import numpy as np
 from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm, Kinematics
 from agent.arm.recorded_state import stand
-from agent.arm.recovery import AT_HOME, tidy_up
+from agent.arm.recovery import AT_HOME, is_folded, tidy_up
 from agent.arm.state import ArmState
 from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import lowest_point
@@ -226,27 +226,32 @@ class TableScene:
         """Return the name of the object in the hand; between builds it is only held after the arm's final stop."""
         return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
 
-    def tidy_up(self) -> bool:
-        """Let the arm set down what it holds and fold after its final stop; return whether that was necessary.
-
-        It is not necessary as long as the arm is in its first configuration, because a build starts from there.
+    @property
+    def tidy(self) -> bool:
+        """Return whether the hand is empty, and the arm is folded or in its first configuration, from which a build may
+        start.
         """
-        if self.arm.weld is None and np.abs(self.arm.configuration() - self._stood).max() < AT_HOME:
-            return False
-        return tidy_up(self.world, self.arm, np.random.default_rng(0))
+        stands = np.abs(self.arm.configuration() - self._stood).max() < AT_HOME
+        return self.arm.weld is None and (bool(stands) or is_folded(self.arm))
+
+    def tidy_up(self) -> bool:
+        """Let the arm set down what it holds and fold after its final stop; return whether that was necessary."""
+        return not self.tidy and tidy_up(self.world, self.arm, np.random.default_rng(0))
+
+    def moved_since(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+        """Return the names of the objects that are not at their poses (4, 4) in `poses` any more."""
+        return tuple(name for name, now in self.poses().items() if np.abs(now - poses[name]).max() > MOVED)
 
     def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
         """Put every object at its pose in `poses`, at rest, and fold the arm. Return the names of the objects that had
         moved.
         """
-        moved = []
-        for index, (name, now) in enumerate(zip(self.names, self.world.poses(), strict=True)):
-            if np.abs(now - poses[name]).max() > MOVED:
-                moved.append(name)
+        moved = self.moved_since(poses)
+        for index, name in enumerate(self.names):
             self.world.set_pose(index, poses[name])
         self.arm.drop()
         self.arm.fold_at_once()
-        return tuple(moved)
+        return moved
 
     def picture(self, view: str = "robot") -> np.ndarray:
         """Return a picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.

@@ -1,0 +1,33 @@
+"""Recognise the lines that decide a proposal or answer a question in a few fixed words."""
+
+from __future__ import annotations
+
+from grounding.parse_result import Question
+
+YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
+NO = ("n", "no", "no thanks", "no thank you", "never mind", "nevermind")
+_ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
+
+
+def bare_words(line: str) -> str:
+    """Return a line in small letters, without the point or exclamation mark at its end."""
+    return line.lower().rstrip(".!")
+
+
+def chosen_option(line: str, question: Question) -> tuple[str | None] | None:
+    """Return the option that a line chooses by its number or its exact words.
+
+    Args:
+        line: what was said.
+        question: the question that is open.
+
+    Returns:
+        The option alone in a tuple, (None,) for words such as "any", which leave the slot open, and `None` if the line
+        chooses none.
+    """
+    said = bare_words(line)
+    options = {str(number): option for number, option in enumerate(question.options, start=1)}
+    options |= {option.lower(): option for option in question.options}
+    if said in options:
+        return (options[said],)
+    return (None,) if said in _ANY and question.slot != "shape" else None

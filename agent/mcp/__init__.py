@@ -1,0 +1,1 @@
+"""Serve one table to other programs by the Model Context Protocol."""

@@ -1,0 +1,146 @@
+"""Make the server: its tools and resources, one sentence for every error, and a line in the audit log for every call."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable
+from typing import Any
+
+from mcp.server.lowlevel.helper_types import ReadResourceContents
+from mcp.server.mcpserver import Context, MCPServer
+from mcp.server.mcpserver.exceptions import ResourceError, ToolError, UnexpectedResourceError, UnexpectedToolError
+from mcp.types import CallToolResult, InputRequiredResult
+from pydantic import ValidationError
+
+from agent import __version__
+from agent.errors import exit_code_of, one_sentence
+from agent.mcp.audit import CANCELLED, DONE, AuditedCall, AuditLog
+from agent.mcp.shared_table import SharedTable
+from agent.mcp.tools import add_resources, add_tools, current_call
+from agent.mcp.worker import TableWorker
+
+_INSTRUCTIONS = """\
+A simulated robot arm builds structures from the objects on one table. Order of work: look; propose with the person's own \
+words; if there is a question, ask the person and call propose with the answer; tell the person the wish and the notes; \
+preview if in doubt; build with a plan_id, which asks the person for approval; report. A correction ("bigger", "now a \
+line") is another propose. stop stops the arm. undo reverts one turn."""
+_LONGEST_SHOWN = 60  # characters of a wrong value that an error repeats
+
+
+class TableServer(MCPServer):
+    """A server that writes every call of a tool to the audit log, and whose errors are one sentence.
+
+    Args:
+        audit: the log.
+    """
+
+    def __init__(self, audit: AuditLog) -> None:
+        super().__init__(
+            "structagent",
+            title="structagent",
+            description="builds structures from instructions with a simulated robot arm",
+            instructions=_INSTRUCTIONS,
+            version=__version__,
+            log_level="ERROR",
+        )
+        self._audit = audit
+
+    async def call_tool(
+        self, name: str, arguments: dict[str, Any], context: Context | None = None
+    ) -> CallToolResult | InputRequiredResult:
+        """Call a tool, as `MCPServer.call_tool`; every expected error is a `ToolError` of one sentence."""
+        call = AuditedCall(self._audit, _client(context), name, arguments)
+        token = current_call.set(call)
+        try:
+            outcome, result = await self._outcome(name, arguments, context)
+        except asyncio.CancelledError:
+            call.write(CANCELLED)
+            raise
+        finally:
+            current_call.reset(token)
+        call.write(outcome)
+        if isinstance(result, ToolError):
+            raise result
+        return result
+
+    async def _outcome(
+        self, name: str, arguments: dict[str, Any], context: Context | None
+    ) -> tuple[str, CallToolResult | InputRequiredResult | ToolError]:
+        try:
+            self._check_names(name, arguments)
+            result = await super().call_tool(name, arguments, context)
+            return ("asked" if isinstance(result, InputRequiredResult) else DONE), result
+        except UnexpectedToolError as error:
+            cause = error.__cause__
+            if cause is None or exit_code_of(cause) is None:
+                return f"defect: {type(cause).__name__}: {cause}", error
+            return f"refused: {one_sentence(cause)}", ToolError(one_sentence(cause))
+        except ToolError as error:
+            sentence = one_sentence(error)
+            if isinstance(error.__cause__, ValidationError):
+                sentence = _argument_sentence(name, error.__cause__)
+            return f"refused: {sentence}", ToolError(sentence)
+
+    def _check_names(self, name: str, arguments: dict[str, Any]) -> None:
+        """Check the names of a call: an argument that there is not would be left out without a word.
+
+        Raises:
+            ToolError: for an unknown tool or argument.
+        """
+        tools = {tool.name: tool for tool in self._tool_manager.list_tools()}
+        if name not in tools:
+            raise ToolError(f"there is no tool {_shown(name)}; legal: {', '.join(tools)}")
+        legal = tools[name].parameters.get("properties", {})
+        for argument in arguments:
+            if argument not in legal:
+                raise ToolError(f"{name} has no argument {_shown(argument)}; legal: {', '.join(legal) or 'none'}")
+
+    async def read_resource(
+        self, uri: Any, context: Context | None = None
+    ) -> Iterable[ReadResourceContents] | InputRequiredResult:
+        """Read a resource, as `MCPServer.read_resource`; every expected error is a `ResourceError` of one sentence."""
+        try:
+            return await super().read_resource(uri, context)
+        except UnexpectedResourceError as error:
+            cause = error.__cause__
+            while isinstance(cause, UnexpectedResourceError):
+                cause = cause.__cause__
+            if cause is None or exit_code_of(cause) is None:
+                raise
+            raise ResourceError(one_sentence(cause)) from None
+
+
+def make_server(table: SharedTable, worker: TableWorker, audit: AuditLog, approve_all: bool = False) -> TableServer:
+    """Return a server for a table.
+
+    Args:
+        table: the table.
+        worker: the thread that works on it.
+        audit: the audit log.
+        approve_all: whether things move without asking a person.
+    """
+    server = TableServer(audit)
+    add_tools(server, table, worker, approve_all)
+    add_resources(server, table, worker)
+    return server
+
+
+def _client(context: Context | None) -> str:
+    """Return the client's name and version, as it gave them."""
+    parameters = context.session.client_params if context is not None else None
+    return f"{parameters.client_info.name} {parameters.client_info.version}" if parameters else "unknown"
+
+
+def _shown(value: Any) -> str:
+    text = repr(value[:_LONGEST_SHOWN] if isinstance(value, str) else value)
+    return text if len(text) <= _LONGEST_SHOWN + 2 else f"{text[:_LONGEST_SHOWN]}..."
+
+
+def _argument_sentence(tool: str, error: ValidationError) -> str:
+    """Return what is wrong with the arguments of a call in one sentence."""
+    first = error.errors(include_url=False)[0]
+    name = ".".join(map(str, first["loc"])) or "its arguments"
+    if first["type"] == "missing":
+        return f"{tool} needs the argument {name}"
+    reason = first["msg"][:1].lower() + first["msg"][1:]
+    return f"{tool} cannot take {name}={_shown(first['input'])}: {reason}"

@@ -1,0 +1,408 @@
+"""The one table that all clients share, and the conversation about it, which is that of a chat.
+
+Every method but `close` is a piece of work for the thread of `agent.mcp.worker`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from agent import events
+from agent.chat.commands import command_of
+from agent.chat.conversation import Conversation
+from agent.chat.explanations import describe_wish
+from agent.chat.preloading import Preloading
+from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option
+from agent.errors import DONE, AgentError, NotBuildable, UsageError
+from agent.event_base import Event, json_value, kind_of
+from agent.mcp.plans import Plan, PlanLedger
+from agent.mcp.results import (
+    BuildResult,
+    Check,
+    LookResult,
+    Move,
+    ParseResult,
+    PlanOffer,
+    PreviewResult,
+    ProposeResult,
+    ReportResult,
+    SeenObject,
+    StopResult,
+    UndoResult,
+)
+from agent.mcp.worker import Job, StoppedError
+from agent.pipeline.release import release_in_physics
+from agent.pipeline.resources import ResourceCache
+from agent.pipeline.run import RunOptions
+from agent.rendering.image_files import FORMAT, pictures_of, webp_of
+from agent.reporting.event_text import arm_sentence, parse_notes
+from agent.reporting.replay import write_page
+from agent.reporting.run_report import RunRecord
+from agent.reporting.session_log import SessionWriter
+from agent.reporting.turn_records import TurnRecords
+from grounding.goals.description import describe_part
+
+SESSION, PAGE = "session.jsonl", "report.html"
+OFFERED = 3  # arrangements of a proposal that get a plan
+TURNS_KEPT = 20
+_ARM = ("planned", "plan_failed", "picked", "pick_failed", "placed", "place_failed", "stopped")
+
+
+class SharedTable:
+    """The table, its conversation and its plans; close it.
+
+    Args:
+        options: the options of a run; its scene is the table.
+        folder: of the session and its page.
+
+    Attributes:
+        plans: the plans that clients may build.
+        version: a number that is another one after every change of the table or the conversation.
+
+    Raises: as `Conversation` and `SessionWriter`.
+    """
+
+    def __init__(self, options: RunOptions, folder: Path) -> None:
+        self.plans, self.version = PlanLedger(), 0
+        self._folder, self._job, self._heard = folder, Job(""), list[Event]()
+        self._cache = ResourceCache()
+        self._writer = SessionWriter(folder / SESSION, json_value(asdict(options)), owner="chat")
+        try:
+            self._turns = TurnRecords(self._writer, TURNS_KEPT)
+            self._talk = Conversation(options, self._cache, [self._turns, self])
+        except BaseException:
+            self._writer.close()
+            raise
+        self._preloading = Preloading(self._cache, options)
+
+    def preload(self) -> None:
+        """Begin to load the models."""
+        self._preloading.start()
+
+    def close(self) -> None:
+        """End the conversation and its physics."""
+        self._preloading.join()
+        self._talk.close()
+        self._writer.close()
+
+    def on_event(self, event: Event) -> None:
+        """Keep what a result needs of an event, report a step of the arm, and stop the job if that was asked for."""
+        if not isinstance(event, events.Previewed | events.Filmed | events.Pictured):
+            self._heard.append(event)
+        if kind_of(event) in _ARM:
+            self._job.on_step(self._arm_sentence(event))
+        elif isinstance(event, events.Checked):
+            self._job.on_step("the result is checked")
+        self._job.check_stop()
+
+    def _begin(self, job: Job) -> None:
+        self._job, self._heard = job, []
+
+    def _last(self, kind: type[Any]) -> Any:
+        return next((event for event in reversed(self._heard) if isinstance(event, kind)), None)
+
+    def _arm_sentence(self, event: Event) -> str:
+        proposal = self._talk.situation.shown
+        assert proposal is not None  # the arm works on a proposal alone
+        return arm_sentence(event.to_dict(), [cloud.name for cloud in proposal.scene.objects])
+
+    # --- looking and reading -----------------------------------------------------------------------
+
+    def look(self, job: Job) -> tuple[LookResult, bytes]:
+        """Observe the table; return what is seen, and a picture as a WebP file."""
+        self._begin(job)
+        talk = self._talk
+        seen, example, question = talk.look(), talk.example(), talk.question
+        result = LookResult(
+            objects=[
+                SeenObject(
+                    name=one.display_name or one.name,
+                    category=one.category,
+                    color=one.color_name,
+                    position=_rounded(one.position),
+                )
+                for one in seen.objects
+            ],
+            table=tuple(seen.table),
+            held=talk.table.held,
+            fallen=list(talk.table.fallen),
+            out_of_reach=list(talk.table.out_of_reach),
+            notes=list(seen.notes),
+            asked=self._wish(),
+            question=question.text if question else None,
+            options=list(question.options) if question else [],
+            example=example.text if example else None,
+        )
+        return result, self.picture(job)
+
+    def picture(self, job: Job) -> bytes:
+        """Return a picture of the table through the camera, as a WebP file."""
+        self._begin(job)
+        return webp_of(self._talk.table.picture())
+
+    def parse(self, job: Job, text: str) -> ParseResult:
+        """Read a text as an instruction of its own; nothing is changed."""
+        self._begin(job)
+        talk, table = self._talk, self._talk.table
+        names = table.original_names
+        read = self._cache.interpreter(talk.options.reading).interpret(text, table.referents_of(names))
+        return ParseResult(
+            status=read.status,
+            message="; ".join(filter(None, (read.message, read.fallback))),
+            options=list(read.question.options) if read.question else [],
+            slots=read.spec.to_dict(),
+            parts=[describe_part(part, names) for part in read.goal.parts],
+            objects=None if read.objects is None else list(read.objects),
+            goal=json_value(read.goal.to_dict()),
+            confidence={slot: round(share, 4) for slot, share in read.parse.confidence.items()},
+        )
+
+    # --- proposing ---------------------------------------------------------------------------------
+
+    def propose(self, job: Job, text: str) -> ProposeResult:
+        """Take a line of the conversation as a chat does: an instruction, a correction, an answer or a question.
+
+        Raises:
+            UsageError: for a line that is a command.
+            AgentError: if it is refused, or there is no proposal.
+        """
+        self._begin(job)
+        talk, line = self._talk, " ".join(text.split())
+        if not line:
+            raise UsageError("the text is empty; say what to build")
+        found = command_of(line)
+        if found is not None:
+            raise UsageError(
+                f"{line!r} is the command {found[0].name} of a chat; here call a tool such as undo or stop"
+            )
+        chosen = chosen_option(line, talk.question) if talk.question is not None else None
+        if chosen is None and bare_words(line) in (*YES, *NO):
+            raise UsageError(
+                f"{line!r} asks for nothing; call build with a plan_id to build, or stop to drop what is open"
+            )
+        if chosen is None and talk.replied(line):
+            return self._proposal("answered", answer=self._last(events.Answered).answer)
+        if not talk.table.tidy:
+            raise UsageError("the arm was stopped before it had folded; call undo, which folds it, and propose again")
+        self.version += 1
+        self.plans.drop_all("something else was asked for since")
+        if chosen is not None:
+            done = talk.answer(chosen[0])
+        else:
+            done = talk.say(line) if talk.question is None else talk.answer_in_words(line)
+        if done:
+            return self._proposal("proposed")
+        if job.stopped:
+            raise StoppedError("the proposal was stopped before it was made")
+        if (failed := self._last(events.Failed)) is not None:
+            raise NotBuildable(failed.message)
+        return self._proposal("question")
+
+    def _proposal(self, status: str, answer: str | None = None) -> ProposeResult:
+        question = self._talk.question
+        return ProposeResult(
+            status=status,
+            wish=self._wish(),
+            notes=self._notes(),
+            plans=self._offers() if status == "proposed" else [],
+            question=question.text if question else None,
+            options=list(question.options) if question else [],
+            answer=answer,
+        )
+
+    def _wish(self) -> str | None:
+        return describe_wish(self._talk.situation) if self._talk.situation.asked else None
+
+    def _notes(self) -> list[str]:
+        """Return the remarks of this call, each once."""
+        notes = [
+            note for event in self._heard if isinstance(event, events.Parsed) for note in parse_notes(event.to_dict())
+        ]
+        notes += [event.message for event in self._heard if isinstance(event, events.Noted)]
+        return list(dict.fromkeys(notes))
+
+    def _offers(self) -> list[PlanOffer]:
+        talk = self._talk
+        proposal = talk.situation.proposal
+        assert proposal is not None  # there is one when a line has led to a proposal
+        poses, offers = talk.table.poses(), []
+        for rank in range(1, min(OFFERED, proposal.viable_count) + 1):
+            chosen = replace(proposal, rank=rank).chosen
+            moves = _moves(chosen)
+            names = tuple(move.name for move in moves)
+            plan = self.plans.issue(proposal.proposed, rank, self._wish() or "", names, poses)
+            offers.append(PlanOffer(plan_id=plan.id, score=round(chosen.scores["total"], 4), moves=moves))
+        return offers
+
+    def _choose(self, plan: Plan) -> None:
+        """Choose the arrangement of a plan.
+
+        Raises:
+            UsageError: if the proposal or the table is not what the plan was made from.
+        """
+        proposal = self._talk.situation.proposal
+        if proposal is None or proposal.proposed is not plan.proposed or not plan.fits(self._talk.table.poses()):
+            self.plans.drop(plan.id, "the table has changed since")
+            self.plans.look_up(plan.id)
+        self._talk.choose(plan.rank)
+
+    def preview(self, job: Job, plan_id: str) -> tuple[PreviewResult, list[bytes]]:
+        """Try a plan in physics on a copy of the table; return what comes of it, and pictures as WebP files.
+
+        Raises:
+            UsageError: for a plan that cannot be built.
+        """
+        self._begin(job)
+        plan, talk = self.plans.look_up(plan_id), self._talk
+        self._choose(plan)
+        proposal = talk.situation.proposal
+        assert proposal is not None  # it was chosen
+        message, checked = "it stands as asked when it is released in physics", None
+        pictures = [picture.content for picture in pictures_of(proposal.chosen) if picture.name == "proposed-goal"]
+        try:
+            for event in release_in_physics(
+                talk.table, proposal.scene, proposal.wanted, proposal.arrangements_to_try[0]
+            ):
+                job.check_stop()
+                pictures += [picture.content for picture in pictures_of(event)]
+                checked = event if isinstance(event, events.Checked) else checked
+        except AgentError as error:
+            message = str(error)
+        result = PreviewResult(
+            plan_id=plan.id,
+            wish=plan.wish,
+            moves=_moves(proposal.chosen),
+            stands=checked is not None and checked.success,
+            message=message,
+            checks=_checks(json_value(checked.checks) if checked else ()),
+        )
+        return result, pictures
+
+    # --- building ----------------------------------------------------------------------------------
+
+    def build(self, job: Job, plan_id: str) -> BuildResult:
+        """Build a plan with the arm; the plan is spent, however it ends.
+
+        Raises:
+            UsageError: for a plan that cannot be built.
+        """
+        self._begin(job)
+        talk = self._talk
+        self._choose(self.plans.look_up(plan_id))
+        plan = self.plans.take(plan_id)
+        self.plans.drop_all(f"the table has changed: {plan_id} was built since")
+        self.version += 1
+        built = talk.go(on_step=job.check_stop)
+        failed, checked, finished = self._last(events.Failed), self._last(events.Checked), self._last(events.Finished)
+        shown = talk.situation.shown
+        return BuildResult(
+            plan_id=plan_id,
+            success=built,
+            message="everything stands as asked" if failed is None else failed.message,
+            moved=list(talk.situation.builds[-1].moved),
+            stopped=job.stopped,
+            other_arrangement=shown is not None and shown.rank != plan.rank,
+            steps=[self._arm_sentence(event) for event in self._heard if kind_of(event) in _ARM],
+            checks=_checks(json_value(checked.checks) if checked else ()),
+            seconds=round(finished.seconds, 3) if finished else 0.0,
+            turn=self._turns.count,
+        )
+
+    def stop(self, job: Job) -> StopResult:
+        """Drop the proposal or the question that is pending; their plans are void."""
+        self._begin(job)
+        pending = self._talk.question is not None or self._talk.situation.proposal is not None
+        self._talk.stop()
+        if pending:
+            self.version += 1
+            self.plans.drop_all("stop dropped the proposal")
+        return StopResult(stopped=pending, message=self._last(events.Noted).message)
+
+    def moved_by_undo(self, job: Job) -> tuple[int, tuple[str, ...]]:
+        """Return the version of the table, and the names of the objects that `undo` would put back now.
+
+        Raises:
+            UsageError: if there is nothing to undo.
+        """
+        self._begin(job)
+        return self.version, self._talk.moved_by_undo()
+
+    def undo(self, job: Job, version: int) -> UndoResult:
+        """Revert one turn; every plan is void afterwards.
+
+        Args:
+            job: the job.
+            version: that of the table for which it was allowed.
+
+        Raises:
+            UsageError: if there is nothing to undo, or the table has changed since it was allowed.
+        """
+        self._begin(job)
+        if version != self.version:
+            raise UsageError("the table has changed since you were asked; call undo again")
+        self.version += 1
+        self.plans.drop_all("the table has changed: a turn was undone since")
+        self._talk.undo()
+        return UndoResult(moved=list(self._last(events.Restored).moved), wish=self._wish())
+
+    # --- reports -----------------------------------------------------------------------------------
+
+    def report(self, job: Job, turn: int | None) -> ReportResult:
+        """Write the page of the conversation, and return the report of a turn, by default the last one.
+
+        Raises:
+            UsageError: if there is no such turn, or it is not kept any more.
+            NotWritten: if the page cannot be written.
+        """
+        self._begin(job)
+        number = self._turns.count if turn is None else turn
+        record = self.record(number)
+        report = record.report
+        page = write_page(self._folder / SESSION, self._folder / PAGE)
+        verdict, outcome = report["verdict"], report["outcome"]
+        names = [f"structagent://turns/{number}/report.json", f"structagent://turns/{number}/report.html"]
+        return ReportResult(
+            turn=number,
+            turns=self._turns.count,
+            instruction=report["instruction"],
+            success=outcome["success"] if outcome["exit_code"] is not None else None,
+            message=outcome["message"] if outcome["exit_code"] not in (None, DONE) else None,
+            checks=_checks(verdict["checks"] if verdict else ()),
+            seconds=report["seconds"],
+            page=str(page.resolve()),
+            resources=[*names, *(f"structagent://turns/{number}/pictures/{name}" for name in record.pictures)],
+        )
+
+    def record(self, number: int) -> RunRecord:
+        """Return the record of a turn.
+
+        Raises:
+            UsageError: if there is no such turn, or it is not kept any more.
+        """
+        record = self._turns.turn(number) if number > 0 else None
+        if record is None:
+            last = self._turns.count
+            legal = f"legal: {max(1, last - TURNS_KEPT + 1)} to {last}" if last else "nothing was asked for yet"
+            raise UsageError(f"there is no turn {number}; {legal}")
+        return record
+
+
+def _rounded(position: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = (round(float(value), 4) for value in position)
+    return x, y, z
+
+
+def _moves(chosen: events.Chosen) -> list[Move]:
+    """Return the objects that an arrangement moves, and where to."""
+    return [
+        Move(name=goal["name"], position=_rounded(goal["position"]), aside=bool(goal.get("aside")))
+        for goal in chosen.goals
+        if not goal.get("stays")
+    ]
+
+
+def _checks(checks: Sequence[Any]) -> list[Check]:
+    return [Check.model_validate({key: check[key] for key in Check.model_fields}) for check in checks]
