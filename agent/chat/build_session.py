@@ -139,6 +139,9 @@ class BuildSession(TableSession):
         proposal = self.situation.proposal
         if proposal is None:
             raise UsageError("there is no proposal; say what to build, or /again")
+        # A later request may have failed after its own objects had taken the place of these.
+        self.table.involve([cloud.name for cloud in proposal.scene.objects])
+        self.table.missing = self.situation.missing
         return proposal
 
     # --- building -----------------------------------------------------------------------

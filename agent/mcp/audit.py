@@ -105,7 +105,7 @@ class AuditedCall:
 
 
 def _short(value: Any) -> Any:
-    """Return a value that fits on a line: short texts, numbers and booleans as they are, anything else as short text."""
+    """Return a value that fits on a line: numbers and booleans as they are, anything else as short text."""
     if value is None or isinstance(value, bool):
         return value
     if isinstance(value, int) and abs(value) < 2**63:

@@ -1,4 +1,4 @@
-"""Make the server: its tools and resources, one sentence for every error, and a line in the audit log for every call."""
+"""Make the server: tools and resources, one sentence for every error, a line in the audit log for every call."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from mcp.server.lowlevel.helper_types import ReadResourceContents
 from mcp.server.mcpserver import Context, MCPServer
 from mcp.server.mcpserver.exceptions import ResourceError, ToolError, UnexpectedResourceError, UnexpectedToolError
-from mcp.types import CallToolResult, InputRequiredResult
+from mcp.types import CallToolResult, InputRequiredResult, Tool
 from pydantic import ValidationError
 
 from agent import __version__
@@ -19,11 +19,12 @@ from agent.mcp.shared_table import SharedTable
 from agent.mcp.tools import add_resources, add_tools, current_call
 from agent.mcp.worker import TableWorker
 
-_INSTRUCTIONS = """\
-A simulated robot arm builds structures from the objects on one table. Order of work: look; propose with the person's own \
-words; if there is a question, ask the person and call propose with the answer; tell the person the wish and the notes; \
-preview if in doubt; build with a plan_id, which asks the person for approval; report. A correction ("bigger", "now a \
-line") is another propose. stop stops the arm. undo reverts one turn."""
+_INSTRUCTIONS = (
+    "A simulated robot arm builds structures from the objects on one table. Order of work: look; propose with the "
+    "person's own words; if there is a question, ask the person and call propose with the answer; tell the person the "
+    "wish and the notes; preview if in doubt; build with a plan_id, which asks the person for approval; report. A "
+    'correction ("bigger", "now a line") is another propose. stop stops the arm. undo reverts one turn.'
+)
 _LONGEST_SHOWN = 60  # characters of a wrong value that an error repeats
 
 
@@ -44,6 +45,13 @@ class TableServer(MCPServer):
             log_level="ERROR",
         )
         self._audit = audit
+
+    async def list_tools(self) -> list[Tool]:
+        """List the tools; their schemas say that there are no further arguments."""
+        tools = await super().list_tools()
+        for tool in tools:
+            tool.input_schema["additionalProperties"] = False
+        return tools
 
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context | None = None
@@ -67,7 +75,7 @@ class TableServer(MCPServer):
         self, name: str, arguments: dict[str, Any], context: Context | None
     ) -> tuple[str, CallToolResult | InputRequiredResult | ToolError]:
         try:
-            self._check_names(name, arguments)
+            await self._check_names(name, arguments)
             result = await super().call_tool(name, arguments, context)
             return ("asked" if isinstance(result, InputRequiredResult) else DONE), result
         except UnexpectedToolError as error:
@@ -81,16 +89,16 @@ class TableServer(MCPServer):
                 sentence = _argument_sentence(name, error.__cause__)
             return f"refused: {sentence}", ToolError(sentence)
 
-    def _check_names(self, name: str, arguments: dict[str, Any]) -> None:
+    async def _check_names(self, name: str, arguments: dict[str, Any]) -> None:
         """Check the names of a call: an argument that there is not would be left out without a word.
 
         Raises:
             ToolError: for an unknown tool or argument.
         """
-        tools = {tool.name: tool for tool in self._tool_manager.list_tools()}
+        tools = {tool.name: tool for tool in await self.list_tools()}
         if name not in tools:
             raise ToolError(f"there is no tool {_shown(name)}; legal: {', '.join(tools)}")
-        legal = tools[name].parameters.get("properties", {})
+        legal = tools[name].input_schema["properties"]
         for argument in arguments:
             if argument not in legal:
                 raise ToolError(f"{name} has no argument {_shown(argument)}; legal: {', '.join(legal) or 'none'}")

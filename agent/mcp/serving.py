@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import anyio
+import uvicorn
 from mcp.server.mcpserver import MCPServer
 from mcp.server.transport_security import TransportSecuritySettings
 
@@ -95,16 +96,21 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
                     say("serving on standard input and output")
                     anyio.run(server.run_stdio_async)
                 else:
-                    _serve_http(server, address, say)
+                    web, listening = http_server(server, address, say)
+                    anyio.run(lambda: web.serve(sockets=[listening]))
             finally:
                 worker.at_once(table.close)
     finally:
         worker.close()
 
 
-def _serve_http(server: MCPServer, address: Address, say: Say) -> None:
-    import uvicorn
+def http_server(server: MCPServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:
+    """Return a web server for a server of tools, and the socket that it listens on.
 
+    Raises:
+        UsageError: for a token that is too short.
+        BadInput: if nobody can listen there.
+    """
     token = address.token
     if token is not None and len(token) < _LEAST_TOKEN:
         raise UsageError(f"{TOKEN_VARIABLE} must have {_LEAST_TOKEN} characters or more, and it has {len(token)}")
@@ -125,7 +131,7 @@ def _serve_http(server: MCPServer, address: Address, say: Say) -> None:
     if made:
         say(f"clients need the header Authorization: Bearer {token}")
     config = uvicorn.Config(app, log_level="error", timeout_graceful_shutdown=_SECONDS_TO_END, lifespan="on")
-    anyio.run(lambda: uvicorn.Server(config).serve(sockets=[listening]))
+    return uvicorn.Server(config), listening
 
 
 def _listen(address: Address) -> socket.socket:
@@ -152,12 +158,13 @@ def _has_port(name: str) -> bool:
 
 def _with_token(app: Any, token: str) -> Any:
     """Return an ASGI application that answers nobody without the token."""
-    expected = f"Bearer {token}".encode()
+    expected = token.encode()
 
     async def guarded(scope: Any, receive: Any, send: Any) -> None:
         if scope["type"] == "http":
             given = next((value for name, value in scope["headers"] if name == b"authorization"), b"")
-            if not hmac.compare_digest(given, expected):
+            scheme, _, value = given.partition(b" ")
+            if scheme.lower() != b"bearer" or not hmac.compare_digest(value, expected):
                 headers = [(b"www-authenticate", b"Bearer"), (b"content-type", b"text/plain")]
                 await send({"type": "http.response.start", "status": 401, "headers": headers})
                 await send({"type": "http.response.body", "body": b"this server needs its bearer token\n"})

@@ -37,13 +37,14 @@ from agent.mcp.worker import Job, StoppedError
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
-from agent.rendering.image_files import FORMAT, pictures_of, webp_of
+from agent.rendering.image_files import pictures_of, webp_of
 from agent.reporting.event_text import arm_sentence, parse_notes
 from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
 from grounding.goals.description import describe_part
+from grounding.parse_result import shortened
 
 SESSION, PAGE = "session.jsonl", "report.html"
 OFFERED = 3  # arrangements of a proposal that get a plan
@@ -57,6 +58,7 @@ class SharedTable:
     Args:
         options: the options of a run; its scene is the table.
         folder: of the session and its page.
+        cache: the cache of models and scenes; by default a new one.
 
     Attributes:
         plans: the plans that clients may build.
@@ -65,10 +67,10 @@ class SharedTable:
     Raises: as `Conversation` and `SessionWriter`.
     """
 
-    def __init__(self, options: RunOptions, folder: Path) -> None:
+    def __init__(self, options: RunOptions, folder: Path, cache: ResourceCache | None = None) -> None:
         self.plans, self.version = PlanLedger(), 0
         self._folder, self._job, self._heard = folder, Job(""), list[Event]()
-        self._cache = ResourceCache()
+        self._cache = ResourceCache() if cache is None else cache
         self._writer = SessionWriter(folder / SESSION, json_value(asdict(options)), owner="chat")
         try:
             self._turns = TurnRecords(self._writer, TURNS_KEPT)
@@ -175,8 +177,9 @@ class SharedTable:
             raise UsageError("the text is empty; say what to build")
         found = command_of(line)
         if found is not None:
+            said = shortened(line)
             raise UsageError(
-                f"{line!r} is the command {found[0].name} of a chat; here call a tool such as undo or stop"
+                f"{said!r} is the command {found[0].name} of a chat; here call a tool such as undo or stop"
             )
         chosen = chosen_option(line, talk.question) if talk.question is not None else None
         if chosen is None and bare_words(line) in (*YES, *NO):

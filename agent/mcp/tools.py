@@ -31,6 +31,7 @@ from agent.mcp.worker import Job, TableWorker
 
 LONGEST_TEXT = 2000  # characters of an instruction
 _LONGEST_ID = 40
+_MOST_TURNS = 10**9
 _PICTURE = "image/webp"
 _ALLOWED = "no person has to be asked"  # what the resolvers return where nobody is asked
 
@@ -68,7 +69,7 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
     """
 
     async def looked(context: Context) -> Annotated[CallToolResult, LookResult]:
-        """Look at the table: the objects with their names and places, what is open in the conversation, and a picture."""
+        """Look at the table: objects with names and places, what is open in the conversation, and a picture."""
         result, picture = await worker.do(Job("the table is being observed"), table.look)
         return _answer(result, [picture])
 
@@ -111,7 +112,7 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
         return _answer(await worker.do(job, lambda job: table.build(job, plan_id), _progress(context)))
 
     async def stopped(context: Context) -> Annotated[CallToolResult, StopResult]:
-        """Stop what is under way: the arm halts at once, sets down what it holds and folds. Otherwise drop the proposal."""
+        """Stop the arm at once: it halts, sets down what it holds and folds. If it is at rest, drop the proposal."""
         job = await worker.stop()
         if job is not None and job.stopped:
             return _answer(StopResult(stopped=True, message=f"stopped while {job.what}"))
@@ -143,9 +144,11 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
 
     async def reported(
         context: Context,
-        turn: Annotated[int | None, Field(description="the number of a turn, from 1; by default the last one")] = None,
+        turn: Annotated[
+            int | None, Field(ge=1, le=_MOST_TURNS, description="the number of a turn, from 1; by default the last one")
+        ] = None,
     ) -> Annotated[CallToolResult, ReportResult]:
-        """Return what became of a turn, with every check, and write the page of the whole conversation for a browser."""
+        """Return what became of a turn, with every check, and write the page of the conversation for a browser."""
         return _answer(await worker.do(Job("the report is being written"), lambda job: table.report(job, turn)))
 
     for name, tool, hints in (
@@ -200,7 +203,7 @@ def add_resources(server: MCPServer, table: SharedTable, worker: TableWorker) ->
 
 
 def _number(turn: str) -> int:
-    if not turn.isdecimal() or len(turn) > 9:
+    if not turn.isdecimal() or len(turn) > len(str(_MOST_TURNS)):
         raise UsageError(f"a turn is a number from 1, got {turn[:_LONGEST_ID]!r}")
     return int(turn)
 
@@ -238,8 +241,8 @@ def _check_that_it_asks(context: Context) -> None:
     elicitation = capabilities.elicitation if capabilities is not None else None
     if elicitation is None or (elicitation.form is None and elicitation.url is not None):
         raise UsageError(
-            "nothing was moved, because this client cannot ask a person (it has no form elicitation); use a client that "
-            "can, build with `structagent chat`, or start the server with --approve-all"
+            "nothing was moved, because this client cannot ask a person (it has no form elicitation); use a client "
+            "that can, build with `structagent chat`, or start the server with --approve-all"
         )
     current_call.get().decision = audit.ASKED
 

@@ -48,8 +48,8 @@ class Job:
         self._stop.set()
 
     def check_stop(self, *_: object) -> None:
-        """Raise `KeyboardInterrupt` once after `stop`, as Ctrl-C does in a chat: the arm halts, sets down what it holds and
-        folds.
+        """Raise `KeyboardInterrupt` once after `stop`, as Ctrl-C does in a chat: the arm halts, sets down what it holds
+        and folds.
         """
         if self._stop.is_set() and not self.stopped:
             self.stopped = True

@@ -285,6 +285,14 @@ def test_another_candidate_can_be_chosen(conversation, sent):
         conversation.choose(1)
 
 
+def test_a_request_that_fails_leaves_the_proposal_with_its_own_objects(conversation, sent):
+    conversation.say("put the cups in a line")
+    assert not conversation.say("put everything in a line with gaps of 30 cm")
+    assert of(sent, events.Failed)[-1].step == "propose" and conversation.table.count == 6
+    conversation.choose(1)
+    assert conversation.table.names[: conversation.table.count] == CUPS
+
+
 def test_a_candidate_that_is_not_there(conversation):
     conversation.say("put the cups in a small circle on the left")
     last = len(conversation.situation.proposal.proposed.candidates)
