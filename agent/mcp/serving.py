@@ -7,6 +7,7 @@ import ipaddress
 import secrets
 import socket
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,26 +83,24 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
         NotWritten: if the session or the audit log cannot be written.
         AgentError: if there is no such table.
     """
-    worker = TableWorker()
-    try:
-        with AuditLog(audit) as log:
-            table = worker.at_once(lambda: SharedTable(options, folder))
-            try:
-                server = make_server(table, worker, log, approve_all)
-                say(f"session: {folder}; audit log: {audit}")
-                if approve_all:
-                    say("the arm moves without asking anyone (--approve-all)")
-                table.preload()
-                if address is None:
-                    say("serving on standard input and output")
-                    anyio.run(server.run_stdio_async)
-                else:
-                    web, listening = http_server(server, address, say)
-                    anyio.run(lambda: web.serve(sockets=[listening]))
-            finally:
-                worker.at_once(table.close)
-    finally:
-        worker.close()
+    with ExitStack() as until_served:
+        worker = TableWorker()
+        until_served.callback(worker.close)
+        table = worker.at_once(lambda: SharedTable(options, folder))
+        until_served.callback(lambda: worker.at_once(table.close))
+        log = until_served.enter_context(AuditLog(audit))
+        server = make_server(table, worker, log, approve_all)
+        say(f"session: {folder}; audit log: {audit}")
+        if approve_all:
+            say("the arm moves without asking anyone (--approve-all)")
+        if address is None:
+            say("serving on standard input and output")
+            table.preload()
+            anyio.run(server.run_stdio_async)
+        else:
+            web, listening = http_server(server, address, say)
+            table.preload()
+            anyio.run(lambda: web.serve(sockets=[listening]))
 
 
 def http_server(server: MCPServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-HEAVY = {"torch", "transformers", "sentence_transformers", "open3d", "pybullet", "scipy", "trimesh", "matplotlib"}
+HEAVY = {"torch", "transformers", "sentence_transformers", "open3d", "pybullet", "scipy", "trimesh", "matplotlib", "mcp"}
 TWO_PARTS = "put the cups in a circle on the left and the forks in a line on the right"
 COMMAND = "import sys; from agent.cli.app import command_line; print(command_line(sys.argv[1:]), *sys.modules)"
 
@@ -15,6 +15,7 @@ COMMAND = "import sys; from agent.cli.app import command_line; print(command_lin
     [
         (0, ["--help"]),
         (0, ["run", "--help"]),
+        (0, ["mcp", "--help"]),
         (0, ["parse", "put the cups in a small circle on the left"]),
         (0, ["parse", "--json", TWO_PARTS, "build a tower of the gizmos"]),
         (0, ["parse", "--objects", "mug,bowl,plate", "put everything in a line"]),

@@ -100,7 +100,7 @@ def test_plans_are_void_when_the_table_or_the_wish_is_another(served):
 
 def test_a_table_that_was_changed_unseen_makes_a_plan_void(served):
     async def conversation(client):
-        plan_id = await plan(client)
+        plan_id = await plan(client, "stack the boxes")
         displace(served)
         assert "is void because the table has changed since" in await refusal(client, "build", plan_id=plan_id)
 
@@ -117,7 +117,7 @@ def test_undo_that_was_allowed_for_another_table_is_refused(served):
             return await super().__call__(context, params)
 
     async def conversation(client):
-        await plan(client)
+        await plan(client, "stack the boxes")
         displace(served)
         assert await refusal(client, "undo") == "the table has changed since you were asked; call undo again"
 
@@ -132,7 +132,7 @@ def test_what_cannot_be_logged_does_not_move(served, monkeypatch):
     from agent.mcp import audit
 
     async def conversation(client):
-        plan_id = await plan(client)
+        plan_id = await plan(client, "stack the boxes")
         write = os.write
 
         def full(descriptor, content):
