@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import os
 import secrets
+import signal
 import socket
+import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import anyio
@@ -17,7 +21,7 @@ import uvicorn
 from mcp.server.mcpserver import MCPServer
 from mcp.server.transport_security import TransportSecuritySettings
 
-from agent.errors import BadInput, UsageError
+from agent.errors import INTERRUPTED, BadInput, UsageError
 from agent.mcp.audit import AuditLog
 from agent.mcp.server import make_server
 from agent.mcp.shared_table import SharedTable
@@ -96,11 +100,18 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
         if address is None:
             say("serving on standard input and output")
             table.preload()
+            signal.signal(signal.SIGINT, _end_at_once)
             anyio.run(server.run_stdio_async)
         else:
             web, listening = http_server(server, address, say)
             table.preload()
             anyio.run(lambda: web.serve(sockets=[listening]))
+
+
+def _end_at_once(number: int, frame: FrameType | None) -> None:
+    """End the process on Ctrl-C; a thread that waits for a line of the client would keep any other end waiting too."""
+    print("structagent: interrupted", file=sys.stderr, flush=True)
+    os._exit(INTERRUPTED)
 
 
 def http_server(server: MCPServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:
