@@ -8,9 +8,8 @@ import os
 import secrets
 import signal
 import socket
-import sys
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -98,9 +97,9 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
         if approve_all:
             say("the arm moves without asking anyone (--approve-all)")
         if address is None:
-            say("serving on standard input and output")
             table.preload()
             signal.signal(signal.SIGINT, _end_at_once)
+            say("serving on standard input and output")
             anyio.run(server.run_stdio_async)
         else:
             web, listening = http_server(server, address, say)
@@ -110,7 +109,8 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
 
 def _end_at_once(number: int, frame: FrameType | None) -> None:
     """End the process on Ctrl-C; a thread that waits for a line of the client would keep any other end waiting too."""
-    print("structagent: interrupted", file=sys.stderr, flush=True)
+    with suppress(OSError):  # `print` may be what was interrupted
+        os.write(2, b"structagent: interrupted\n")
     os._exit(INTERRUPTED)
 
 

@@ -2,6 +2,8 @@
 
 import json
 import os
+import signal
+import subprocess
 import sys
 import threading
 from contextlib import contextmanager
@@ -15,7 +17,8 @@ pytest.importorskip("mcp", reason="needs the extra mcp")
 from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.streamable_http import streamable_http_client
 
-from agent.errors import BadInput, UsageError
+from agent.arm.controller import ArmDriver
+from agent.errors import INTERRUPTED, BadInput, UsageError
 from tests.agent.chat.conftest import DESK
 from tests.agent.mcp.conftest import QUICK, Person, data, plan, refusal
 
@@ -97,18 +100,55 @@ def over_http(served, **address):
         thread.join()
 
 
-@pytest.mark.parametrize("mode", ["legacy", "auto"])
-def test_over_http(served, mode):
+def test_over_http(served):
     person = Person()
 
     async def talk(url: str) -> None:
         with anyio.fail_after(500):
-            async with Client(url, mode=mode, elicitation_callback=person) as client:
+            async with Client(url, mode="legacy", elicitation_callback=person) as client:
                 await whole_conversation(client, person)
 
     with over_http(served) as (url, said):
         anyio.run(talk, url)
     assert said == [f"serving on {url}"]
+
+
+def test_a_client_that_is_lost_stops_its_build_over_http(served, monkeypatch):
+    halts, person = [], Person()
+    halt = ArmDriver.halt
+    monkeypatch.setattr(ArmDriver, "halt", lambda driver: halts.append(halt(driver)))
+
+    async def talk(url: str) -> None:
+        picked = anyio.Event()
+
+        async def progress(number, total, message):
+            if message.startswith("picked orange"):
+                picked.set()
+
+        async def build(client, plan_id: str) -> None:
+            await client.call_tool("build", {"plan_id": plan_id}, progress_callback=progress)
+
+        with anyio.fail_after(500):
+            async with anyio.create_task_group() as group:
+                async with Client(url, elicitation_callback=person) as client:
+                    group.start_soon(build, client, await plan(client))
+                    await picked.wait()
+                    group.cancel_scope.cancel()
+            while served.worker.job is not None:
+                await anyio.sleep(0.05)
+
+    with over_http(served) as (url, _):
+        anyio.run(talk, url)
+    assert halts and [line["outcome"] for line in served.audit][-1] == "cancelled"
+
+
+def test_ctrl_c_ends_a_server_that_waits_for_its_client(tmp_path):
+    command = [sys.executable, "-m", "agent", "mcp", "--scene", str(DESK), "--out", str(tmp_path / "out")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert any(b"serving on standard input and output" in line for line in process.stderr)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == INTERRUPTED
+        assert process.stdout.read() == b"" and process.stderr.read() == b"structagent: interrupted\n"
 
 
 def posted(url: str, **headers: str) -> int:
