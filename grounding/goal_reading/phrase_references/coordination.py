@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from grounding.goal_reading.phrase_references.determiners import OWNERS
 from grounding.goal_reading.phrase_references.phrase import Phrase
 
 
@@ -32,9 +33,16 @@ def coordinated(phrases: Sequence[Phrase], takes: Callable[[Phrase, Phrase], boo
 
 def _like(phrase: Phrase, model: Phrase) -> Phrase:
     """Give a bare phrase the noun of another one, and its colours where it names none."""
-    plural = phrase.plural if phrase.plural is not None or phrase.count is not None else bool(model.plural)
+    plural, own = phrase.plural, model.text.split()[0] in OWNERS and phrase.text.split()[0] not in OWNERS
+    if plural is None and phrase.count is None:
+        plural = True if model.plural else None if own else False  # "yellow, green and the orange block"
     coloured = any(each[0].kind == "colour" for each in phrase.tests)
     colours = () if coloured else tuple(each for each in model.tests if each[0].kind == "colour")
     return replace(
-        phrase, noun=model.noun, bare=False, borrowed=model.borrowed, plural=plural, tests=(*phrase.tests, *colours)
+        phrase,
+        noun=model.noun,
+        bare=plural is None and phrase.count is None,
+        borrowed=model.borrowed,
+        plural=plural,
+        tests=(*phrase.tests, *colours),
     )

@@ -12,7 +12,7 @@ from grounding.goal_reading.phrase_references.scene_nouns import GENERAL
 
 OWNERS = frozenset("the my your our his her their its".split())
 PIECES = frozenset("piece pieces bit bits item items roll bar stick sheet kind kinds".split())
-_POINTING = frozenset("this that these those them such".split())
+_POINTING = frozenset("this that these those them such same".split())
 _EVERY = {"both": 2, "all": None, "every": None, "each": None, "any": None, "either": 2, "neither": 2}
 _ONLY = frozenset("only single lone sole lonely just".split())
 _PORTIONS = {

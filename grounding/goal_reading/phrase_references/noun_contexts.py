@@ -29,9 +29,13 @@ class NounContexts:
         return next((n for n in starts if n > after), starts[0] if starts else after + 1)
 
     def around(self, phrase: Phrase, place: int) -> Iterator[Sequence[int]]:
-        """List what the nouns mean of which there are several, those before a phrase first, the nearest one first."""
+        """List what the nouns mean of which there are several, those before a phrase first, the nearest one first.
+
+        Only adjectives may have their noun behind them: "the left one" is not one of what follows.
+        """
         before = range(min(place, len(self._words)) - 1, -1, -1)
-        after = range(place + len(phrase.text.split()), len(self._words))
+        placed = phrase.rank is not None or all(each[0].kind == "place" for each in phrase.tests)
+        after = range(place + len(phrase.text.split()), 0 if placed else len(self._words))
         coloured = any(each[0].kind == "colour" for each in phrase.tests)
         for n in (*before, *after):
             yield from (base for base in self._meant(n, coloured) if len(base) > 1)

@@ -189,10 +189,13 @@ class PhraseObjects:
         if wanted is None or len(found) == wanted:
             return found
         if wanted == 1 and phrase.definite and not phrase.other and (phrase.demonstrative or not phrase.tests):
-            before = {i for each in self._said.mentioned() for i in each}
-            again = [i for i in found if i in before]
+            mentioned = self._said.mentioned()
+            again = [i for i in found if any(i in each for each in mentioned)]
+            alone = [each for each in mentioned if len(each) == 1 and each[0] in found]
             if len(again) == 1:
                 return again  # "put the red mug on the plate, then turn to the mug"
+            if phrase.demonstrative and alone:
+                return list(alone[-1])
         if phrase.definite:
             raise Doubt(found)
         fresh = [i for i in found if i not in self._said.named()]

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 
 _TOKEN = re.compile(r"['’]?[^\W\d_]+(?:['’][^\W\d_]+)*|\d+(?:[.,]\d+)?|[(),/&+]")
+_VOWEL = re.compile(r"\s+[aeiouh]")
 _CONTRACTIONS = {
     "that's": "that is", "thats": "that is", "what's": "what is", "whats": "what is", "whatever's": "whatever is",
     "which's": "which is", "who's": "who is", "isn't": "is not", "isnt": "is not", "aren't": "are not",
@@ -46,8 +47,8 @@ def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
         if word == "me" and words and words[-1] in ("to", "of", "from", "by", "near", "nearest", "closest", "than"):
             words.append("me")
             continue
-        if word == "an" and (not words or words[-1] in ("with", "is", "not")):
-            words.append("a")
+        if word == "an" and _VOWEL.match(text.lower(), match.end()):
+            words.append("a")  # and no "and" of speakers who swallow its end
             continue
         word = _CONTRACTIONS.get(word) or _DIALECT.get(word) or _DIALECT.get(corrected(word)) or corrected(word)
         words += word.removesuffix("'s").removesuffix("s'").split() if "'" in word else word.split()

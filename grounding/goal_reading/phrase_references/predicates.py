@@ -33,7 +33,7 @@ def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
             and parser.word(place) in ("share", "shares", "has", "have")
             and parser.words[place + 1 : place + 3] == ("the", "colour")
         ):
-            return _list(parser, draft, place + 3, False, False)
+            return _list(parser, draft, place + 3, False)
         free = linked or (draft.open and parser.word(at - 1) in ("what", "whatever"))
         return _verb(parser, draft, place, False) if free else None
     if not linked and not _bare_clause(draft):
@@ -44,7 +44,7 @@ def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     place += negated
     if stands:
         return _placed(parser, draft, place)
-    return _list(parser, draft, place, negated, parser.word(place - 1) == "neither")
+    return _list(parser, draft, place, negated)
 
 
 def _bare_clause(draft: Draft) -> bool:
@@ -75,7 +75,7 @@ def _placed(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     return sides[1]
 
 
-def _list(parser: PhraseReader, draft: Draft, at: int, negated: bool, neither: bool) -> int | None:
+def _list(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | None:
     """Read what the objects are, or are not: adjectives, kinds and places, joined by "and" or "or"."""
     found: list[Test | Phrase] = []
     joints: set[str] = set()
@@ -94,9 +94,9 @@ def _list(parser: PhraseReader, draft: Draft, at: int, negated: bool, neither: b
         if joint == place or _predicate(parser, joint + inner) is None:
             break
         joints.update(parser.words[place:joint])
-        if inner or (negated and not neither and "but" in joints):
+        if inner or (negated and "but" in parser.words[place:joint]):
             _add(draft, found, joints, negated)
-            found, joints, negated, neither = [], set(), inner, False
+            found, joints, negated = [], set(), inner
         place = joint + inner
     if not found and not ranked:
         return None

@@ -27,16 +27,16 @@ _WHOLE = (
     r"dinner|lovely|little) )?(?:lot|collection|assortment|set|bunch|crowd|family|scene|table|gang|shebang|caboodle|"
     r"inventory)"
 )
+_COUNTS = "|".join(word for word in COUNTS if word not in ("a", "an"))
 _ALL = re.compile(
-    rf"(?:absolutely |just |simply )?(?:all of the above|everything|everybody|everyone|anything|all of (?:it|this|"
-    rf"that|these|those|them)|it all|"
+    rf"(?:absolutely |just |simply )?(?:(?:all |the )?(?P<count>{_COUNTS}) of (?:them|these|those)|all of the above|"
+    rf"everything|everybody|everyone|anything|all of (?:it|this|that|these|those|them)|it all|"
     rf"them all|these all|all these|all those|all this|all that|all them|all|{_WHOLE}(?: of (?:them|it|these|this))?|"
     rf"(?:the |all the |that )?lot(?: of (?:them|it|these|this))?|the whole of (?:this|it|them)|"
     rf"what(?:ever)?(?={HERE}+$)|"
     rf"what(?:ever)? there is|what(?:ever)?(?= (?:you|i|we) (?:can |could )?(?:see|find|have)(?: got)?$)|the bunch|"
     rf"the gang|"
-    rf"(?:all |each |every ?one )of (?:them|these|those)|(?:all |the )?(?P<count>[a-z]+) of (?:them|"
-    rf"these)){HERE}*(?: really| please| together| too)*(?= |$)"
+    rf"(?:all |each |every ?one )of (?:them|these|those)){HERE}*(?: really| please| together| too)*(?= |$)"
 )
 _REST = re.compile(
     r"(?:and )?(?:everything else|all else|anything else|everybody else|everyone else|(?:all )?(?:the )?(?:rest|"
@@ -62,7 +62,7 @@ def universal_at(words: tuple[str, ...], at: int) -> tuple[str, int] | None:
         return kind, at + len(found.group().split())
     if found := _PRONOUN.match(said):
         return "pronoun", at + len(found.group().split())
-    if (found := _ALL.match(said)) is not None and (found.group("count") is None or found.group("count") in COUNTS):
+    if (found := _ALL.match(said)) is not None:
         return "all", at + len(found.group().split())
     return None
 

@@ -140,3 +140,17 @@ def test_a_long_phrase_is_read_in_short_time():
     for phrase in ("the mug next to " * 40 + "the pear", "what is red or " * 60 + "blue", "all but " * 80, "( " * 200):
         one(SHELF, phrase)
     assert time.process_time() - begun < 5
+
+
+def test_a_demonstrative_points_at_what_was_named_last():
+    groups = PhraseGroup(("the mug of the same colour as the pear",)), PhraseGroup(("that mug",), "reference")
+    assert resolve(SHELF, *groups, text="push the mug of the same colour as the pear, and put that mug down")[1] == [4]
+
+
+def test_a_number_of_them_is_everything_only_where_it_fits():
+    assert one(SHELF, "all eight of them", role="structure", shaped=True) is None
+    assert isinstance(one(SHELF, "all four of them", role="structure", shaped=True), Doubt)
+
+
+def test_a_denial_ends_at_but():
+    assert one(SHELF, "the mug that is neither red nor white but is at the back") == [4]
