@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 
 from agent.cli.app import command_line
 from agent.errors import BadInput
+from agent.evaluation.segmentation import synthetic_tables
 from agent.evaluation.segmentation.labelled_clouds import class_of, labelled_files, read_labelled
 from agent.evaluation.segmentation.measurement import measure_segmentation, print_segmentation
+from agent.evaluation.segmentation.sensors import SENSORS
 
 
 def write_cloud(path, points, labels=None):
@@ -49,6 +52,7 @@ def test_classes_follow_from_the_names_of_the_database():
     assert [class_of(Path(f"{name}.pcd")) for name in names] == classes
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_folder_is_measured(folder, tmp_path):
     report = measure_segmentation(folder, "test", 1, 0, 1)
     (row,) = report["rows"]
@@ -61,7 +65,12 @@ def test_a_folder_is_measured(folder, tmp_path):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_synthetic_tables_are_measured_per_class(capsys, tmp_path):
+def test_synthetic_tables_are_measured_per_class(capsys, tmp_path, monkeypatch):
+    # A quarter of the pixels: how well objects are found is the subject of `tests/agent/perception`.
+    smaller = {"_WIDTH": 320, "_HEIGHT": 240, "_LEAST": 100}
+    for name, value in smaller.items():
+        monkeypatch.setattr(synthetic_tables, name, value)
+    monkeypatch.setattr(synthetic_tables, "SENSORS", [replace(one, focal=one.focal / 2) for one in SENSORS])
     out = tmp_path / "report.json"
     arguments = "evaluate segmentation --scenes 1 --workers 1 --json --out"
     assert command_line([*arguments.split(), str(out)]) == 0
