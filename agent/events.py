@@ -152,6 +152,7 @@ class Perceived(EventBase):
         scene: the clouds and the picture.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
         surfaces: name -> vertices (V, 3), world frame, and faces (F, 3) of the body that an object has in physics.
+        base: (3,) where the arm stands, world frame, or `None`.
     """
 
     objects: tuple[SeenObject, ...]
@@ -161,6 +162,7 @@ class Perceived(EventBase):
     scene: Scene = live_only(kw_only=True)
     labelled: np.ndarray | None = live_only(default=None)
     surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]] = live_only(default_factory=dict)
+    base: np.ndarray | None = live_only(default=None)
 
 
 @dataclass(frozen=True)

@@ -73,8 +73,9 @@ def perceived_event(scene: Scene, seconds: float, table: TableScene | None = Non
     if table is None:
         return events.Perceived(tuple(seen), rectangle, seconds, scene=scene)
     return events.Perceived(
-        tuple(seen), rectangle, seconds, table.notes, scene=scene, labelled=table.labelled, surfaces=table.surfaces()
-    )
+        tuple(seen), rectangle, seconds, table.notes, scene=scene, labelled=table.labelled, surfaces=table.surfaces(),
+        base=table.arm.kinematics.world_from_base[:3, 3],
+    )  # fmt: skip
 
 
 def describe_shortfall(table: TableScene, what: str) -> str:

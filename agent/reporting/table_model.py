@@ -3,6 +3,7 @@
 | key | value |
 |---|---|
 | `table` | x_min, x_max, y_min, y_max |
+| `robot` | x, y, z of the arm's base, or `null` |
 | `objects` | for each: `name`, `color` (RGB, 0 to 255), and `vertices` and `faces`, or `points` and `colors` |
 | `views` | scene, goal, and build or (without the arm) released: `name`, `start` (the frame shown first), `frames` |
 | `frames` | for each: `caption`, `motions`: for each object `null` or the upper three rows of a matrix, row by row |
@@ -32,6 +33,7 @@ _FACES = 600  # of a body
 _POINTS = 500  # of a cloud
 _UNITS = 10_000  # of the numbers in a metre
 _DIGITS = 4  # of a motion
+_PICTURED = ", through the camera"  # of the caption of a picture, and no part of what is seen in 3D
 _STILL = 5e-5  # entries of a motion that differ by less are those of no motion
 
 _Frame = dict[str, Any]
@@ -42,6 +44,7 @@ class TableModel:
     """The table of one run; it listens to live events, because recorded ones have neither bodies nor clouds."""
 
     _table: Sequence[float] = ()
+    _robot: list[float] | None = None
     _objects: list[dict[str, Any]] = field(default_factory=list)
     _candidates: list[_Frame] = field(default_factory=list)
     _chosen: int = 0
@@ -53,6 +56,7 @@ class TableModel:
         match event:
             case events.Perceived():
                 self._table = event.table
+                self._robot = None if event.base is None else np.round(event.base, _DIGITS).tolist()
                 self._objects = _objects(event)
             case events.Proposed():
                 self._candidates = [
@@ -64,7 +68,7 @@ class TableModel:
             case events.Tried():
                 self._released = True
             case events.Pictured() if event.motions and self._objects:
-                self._build.append(self._frame(event.caption, event.motions))
+                self._build.append(self._frame(event.caption.removesuffix(_PICTURED), event.motions))
 
     def to_dict(self) -> dict[str, Any] | None:
         """Return the model as JSON values; `None` if nothing was seen."""
@@ -77,7 +81,7 @@ class TableModel:
             {"name": "released" if self._released else "build", "start": len(self._build) - 1, "frames": self._build},
         ]
         views = [view for view in views if view["frames"]]
-        return {"table": list(self._table), "objects": self._objects, "views": views}
+        return {"table": list(self._table), "robot": self._robot, "objects": self._objects, "views": views}
 
     def _choose(self, event: events.Chosen) -> None:
         if event.rank > len(self._candidates):

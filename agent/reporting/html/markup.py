@@ -54,6 +54,7 @@ def table_view(model: Mapping[str, Any]) -> str:
     """Show the table in 3D (`agent.reporting.table_model`), as a section that a script unveils where there is WebGL."""
     names = [view["name"] for view in model["views"]]
     buttons = "".join(f'<button type="button" value="{escape(name)}">{escape(name)}</button>' for name in names)
+    robot = "" if model["robot"] is None else " The robot is the dark block."
     # A name may be "</script>".
     data = json.dumps(model, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return (
@@ -62,7 +63,7 @@ def table_view(model: Mapping[str, Any]) -> str:
         f'</canvas><div class="controls"><span role="group" aria-label="what is shown">{buttons}</span>'
         '<input type="range" min="0" value="0" aria-label="candidate or step"><output></output></div>'
         f'<script type="application/json">{data}</script>'
-        "<figcaption>Drag to turn; press it, then the wheel, + and - move nearer and away. The robot is the dark block."
+        f"<figcaption>Drag to turn; press it, then the wheel, + and - move nearer and away.{robot}"
         "</figcaption></figure>\n</section>"
     )
 

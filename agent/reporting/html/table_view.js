@@ -66,7 +66,7 @@ class TableView {
     this.middle = [(x0 + x1) / 2, (y0 + y1) / 2, 0.04];
     this.reach = Math.hypot(x1 - x0, y1 - y0) / 2;
     this.ground = this.upload(box(x0, x1, y0, y1, -0.02, 0));
-    this.robot = this.upload(box(-0.05, 0.05, -0.05, 0.05, -0.02, 0.12));
+    this.robot = data.robot && this.upload(box(-0.05, 0.05, -0.05, 0.05, -0.02, 0.12));
     this.bodies = data.objects.map((object) => this.upload(object.points
       ? { position: lengths(object.points), paint: Float32Array.from(new Uint8Array(bytes(object.colors)), (c) => c / 255) }
       : triangles(lengths(object.vertices), new Uint16Array(bytes(object.faces)))));
@@ -134,7 +134,8 @@ class TableView {
     gl.uniform1f(this.uniform.size, 0.009 * height);
     const motions = this.frame.motions.map((motion) => motion || NOTHING);
     this.solid(this.ground, [0.86, 0.77, 0.64], NOTHING);
-    this.solid(this.robot, [0.3, 0.32, 0.36], NOTHING);
+    const base = this.data.robot;
+    if (base) this.solid(this.robot, [0.3, 0.32, 0.36], [1, 0, 0, base[0], 0, 1, 0, base[1], 0, 0, 1, base[2]]);
     this.bodies.forEach((body, at) => this.solid(body, this.colors[at], motions[at]));
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);

@@ -45,7 +45,7 @@ def page_of(run_events) -> str:
 def test_clouds_and_candidates_of_a_run(run_events, scene):
     model = model_of(run_events)
     assert [each["name"] for each in model["objects"]] == ["cup 1", "cup 2", "cup 3", "banana"]
-    assert model["table"] == [0.18, 0.72, -0.45, 0.45]
+    assert model["table"] == [0.18, 0.72, -0.45, 0.45] and model["robot"] is None
     points = lengths(model["objects"][0]["points"])
     assert np.abs(points[0] - scene.objects[0].points[0]).max() < 1e-4
     colors = base64.b64decode(model["objects"][0]["colors"])
@@ -76,7 +76,10 @@ def test_the_goal_that_was_chosen_is_shown_first_even_behind_the_others(run_even
 def test_steps_of_a_build_are_frames(run_events):
     moved = pose_from_xyz_yaw(0.1, 0.0, 0.0, 0.5)
     image = np.zeros((48, 64, 3), np.uint8)
-    steps = [events.Pictured(f"placement-{n}-after", f"step {n}", image, {"cup 2": moved}) for n in (1, 2)]
+    steps = [
+        events.Pictured(f"placement-{n}-after", f"step {n}, through the camera", image, {"cup 2": moved})
+        for n in (1, 2)
+    ]
     steps.append(events.Pictured("placement-3-picked", "a picture alone", image))
     build = model_of([*run_events[:5], *steps])["views"][-1]
     assert (build["name"], build["start"]) == ("build", 1)
@@ -90,6 +93,7 @@ def test_steps_of_a_build_are_frames(run_events):
 def test_bodies_in_physics_are_where_they_stand(table):
     seen = table.look()
     model = model_of([perceived_event(seen, 0.1, table)])
+    assert model["robot"] == [0.0, 0.0, 0.0]
     for index, each in enumerate(model["objects"]):
         assert "points" not in each
         body = transform_points(table.world.pose(index), table.models[index].mesh_vertices)
