@@ -9,7 +9,7 @@ python=$work/venv/bin/python
 # These call every dependency: numerics, meshes, bags, the arm, the screen, the page, both parsers, and the extras.
 tests=(
     tests/agent/diagnostics/test_doctor.py tests/agent/runtime/test_ray_cluster.py
-    tests/agent/reporting/test_rerun_log.py tests/agent/rendering/test_image_files.py
+    tests/agent/live_view tests/agent/reporting/test_rerun_log.py tests/agent/rendering/test_image_files.py
     tests/agent/recordings/test_load.py tests/agent/recordings/test_decompression.py
     tests/agent/recordings/test_image_decoding.py tests/agent/arm/test_motion_planner.py
     tests/agent/chat/test_view.py tests/grounding/parsers/test_sentence_encoder.py

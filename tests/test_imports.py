@@ -54,7 +54,7 @@ LAYERS = (
     ("agent.scenes",),
     ("agent.pipeline", "agent.reporting"),
     ("agent.batch", "agent.chat", "agent.evaluation"),
-    ("agent.mcp",),
+    ("agent.live_view", "agent.mcp"),
     ("agent.cli",),
     ("agent.__main__",),
     # The public interface: agent/public/structagent.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from agent.chat.commands import PARSERS, help_lines, one_of, whole_number
 from agent.chat.conversation import Conversation
@@ -18,6 +19,9 @@ from agent.scenes.sources import SIMULATED
 from grounding.parse_result import shortened
 from grounding.viewpoint import VIEWPOINTS
 
+if TYPE_CHECKING:
+    from agent.scenes.table_scene import TableScene
+
 
 class CommandRunner:
     """Runner of slash commands.
@@ -27,13 +31,19 @@ class CommandRunner:
         screen: the screen for their output.
         session: the session file of the conversation.
         on_proposal: called after a command has produced a proposal.
+        on_step: called after every physics step while the arm is at work.
     """
 
     def __init__(
-        self, conversation: Conversation, screen: ChatScreen, session: Path, on_proposal: Callable[[], None]
+        self,
+        conversation: Conversation,
+        screen: ChatScreen,
+        session: Path,
+        on_proposal: Callable[[], None],
+        on_step: Callable[[TableScene], None] | None = None,
     ) -> None:
         self._conversation, self._screen = conversation, screen
-        self._session, self._on_proposal = session, on_proposal
+        self._session, self._on_proposal, self._on_step = session, on_proposal, on_step
         self._overwrites: Path | None = None
 
     def show_table(self) -> None:
@@ -44,7 +54,7 @@ class CommandRunner:
     def build(self) -> None:
         """Build the proposed arrangement and show the table afterwards."""
         self._screen.busy("looking for a plan")
-        self._conversation.go()
+        self._conversation.go(self._on_step)
         if self._conversation.options.execute:  # without the arm the table is unchanged, and the trial was shown
             self._screen.scene(self._conversation.look().to_dict())
 
@@ -182,7 +192,8 @@ class CommandRunner:
             "circle on the left and the bowl next to it; bigger; the other side; also put the orange on the plate; "
             "drop part 2; 5 cm more; swap them; what do you see; where is the orange; what is left; undo; never mind"
         )
-        self._screen.note("Ctrl-C stops the current work; Alt-Enter starts a new line; Ctrl-D ends the chat")
+        if self._screen.keys:
+            self._screen.note(self._screen.keys)
 
 
 def _path(text: str) -> Path:

@@ -6,6 +6,7 @@ import os
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from agent import events
 from agent.chat.command_runner import CommandRunner
@@ -15,6 +16,9 @@ from agent.chat.input import Lines
 from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option
 from agent.chat.view import ChatScreen
 from agent.errors import DEFECT, DONE, NotWritten, UsageError, exit_code_of, one_sentence
+
+if TYPE_CHECKING:
+    from agent.scenes.table_scene import TableScene
 
 _INTERRUPTS = 3  # number of Ctrl-C in a row, with no line completed in between, that ends the chat
 _DROPPED = "the question is dropped; say it another way"
@@ -30,6 +34,7 @@ class Chat:
         session: its session file.
         yes: whether to build without asking.
         stopped: called whenever the chat asks for a line, at which point any interrupted work has stopped.
+        on_step: called after every physics step while the arm is at work.
 
     Attributes:
         defects: number of unexpected errors of the program itself.
@@ -44,11 +49,12 @@ class Chat:
         session: Path,
         yes: bool = False,
         stopped: Callable[[], None] = lambda: None,
+        on_step: Callable[[TableScene], None] | None = None,
     ) -> None:
         self._stopped = stopped
         self._conversation, self._screen, self._lines = conversation, screen, lines
         self._session, self._yes = session, yes
-        self._commands = CommandRunner(conversation, screen, session, self._proposed)
+        self._commands = CommandRunner(conversation, screen, session, self._proposed, on_step)
         self._interrupts = 0  # in a row
         self.defects = self.unwritten = 0
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, Protocol, TextIO
 
 from rich.console import Console
 from rich.markup import escape
@@ -18,16 +18,31 @@ from agent.chat.interrupts import exit_on_repeated_interrupts
 from agent.chat.preloading import Preloading
 from agent.chat.repl import Chat
 from agent.chat.view import ChatScreen
-from agent.event_base import json_value
+from agent.event_base import Listener, json_value
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
 from grounding.spec import LEGAL_VALUES
 
+if TYPE_CHECKING:
+    from agent.scenes.table_scene import TableScene
 
-def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool) -> int:
-    """Run a chat until its lines end.
+
+class Viewer(Listener, Protocol):
+    """A listener that shows the table too, in three dimensions."""
+
+    def on_physics_step(self, table: TableScene) -> None:
+        """Take the table after a physics step while the arm is at work."""
+
+    def on_waiting(self, conversation: Conversation) -> None:
+        """Take the conversation before each line that is asked for; the table is at rest."""
+
+
+def run_chat(
+    options: RunOptions, console: Console, session: Path, lines: TextIO, yes: bool, viewer: Viewer | None = None
+) -> int:
+    """Run a chat in the terminal, or with the lines of a file, until its lines end.
 
     Args:
         options: the options of a run.
@@ -35,20 +50,55 @@ def run_chat(options: RunOptions, console: Console, session: Path, lines: TextIO
         session: the session file; an existing one is continued.
         lines: the stream of lines; if it is a terminal, `console` must be one too, and a prompt is shown.
         yes: whether to build without asking.
+        viewer: shows the table elsewhere too.
+
+    Returns: as `converse`.
+    """
+    with _without_control_echo(lines):
+        return converse(
+            options, ChatScreen(console), session, lambda talk: _lines(lines, console, talk), yes, console.file, viewer
+        )
+
+
+def converse(
+    options: RunOptions,
+    screen: ChatScreen,
+    session: Path,
+    source: Callable[[Conversation], Lines],
+    yes: bool,
+    terminal: TextIO,
+    viewer: Viewer | None = None,
+) -> int:
+    """Run a chat on any screen until its lines end.
+
+    Args:
+        options: the options of a run.
+        screen: the screen to show the chat on.
+        session: the session file; an existing one is continued.
+        source: makes the source of the lines of the conversation.
+        yes: whether to build without asking.
+        terminal: the stream that is told when repeated Ctrl-C ends the process.
+        viewer: shows the table.
 
     Returns:
         The exit code: 0, or that of the worst error, a file that could not be written or a defect of the program. Each
         error was shown when it happened, and the chat continued.
     """
     cache = ResourceCache()
-    screen = ChatScreen(console)
+    viewers = () if viewer is None else (viewer,)
     with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
-        with Conversation(options, cache, [screen, TurnRecords(writer)]) as conversation:
+        with Conversation(options, cache, [screen, TurnRecords(writer), *viewers]) as conversation:
             preloading = Preloading(cache, options)
-            with exit_on_repeated_interrupts(console.file) as stopped, _without_control_echo(lines):
+            with exit_on_repeated_interrupts(terminal) as stopped:
+
+                def waiting() -> None:
+                    stopped()
+                    if viewer is not None:
+                        viewer.on_waiting(conversation)
+
                 try:
-                    source = _lines(lines, console, conversation)
-                    chat = Chat(conversation, screen, source, session, yes, stopped)
+                    on_step = None if viewer is None else viewer.on_physics_step
+                    chat = Chat(conversation, screen, source(conversation), session, yes, waiting, on_step)
                     chat.run(preloading.start)  # not sooner: it would slow down what the user waits for
                 finally:
                     preloading.join()

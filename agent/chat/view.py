@@ -5,7 +5,8 @@ terminal.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 from rich.console import Console, Group
 from rich.text import Text
@@ -15,7 +16,7 @@ from agent.chat.maps import Maps
 from agent.chat.scores import caption_of, comparison_rows, factor_rows
 from agent.chat.text_printer import TextPrinter
 from agent.event_base import Event
-from agent.rendering.object_markers import markers_of_candidate, markers_of_scene
+from agent.rendering.object_markers import Marker, markers_of_candidate, markers_of_scene
 from agent.rendering.text import aligned, duration, number, slot_label
 from agent.reporting.event_text import (
     TRIED,
@@ -32,7 +33,60 @@ SHOWN = 3  # number of candidates that /candidates shows
 _PREVIEW_COLUMNS = 24
 _PREVIEW_EVERY = 4  # steps between previews, so that drawing does not slow the model down
 _PLANNING = "looking for another plan"
-_AT_WORK = "the arm is at work; Ctrl-C stops it"
+_AT_WORK = "the arm is at work"
+
+
+class MapDisplay(Protocol):
+    """A display of tables and candidates; its methods are those of `agent.chat.maps.Maps`."""
+
+    columns: int
+
+    def beside(self, count: int) -> int: ...
+
+    def forget_key(self) -> None: ...
+
+    def show(self, scene: Mapping[str, Any], markers: Sequence[Marker]) -> None: ...
+
+    def show_candidates(
+        self, scene: Mapping[str, Any], candidates: Sequence[Mapping[str, Any]], captions: Sequence[Sequence[Text]]
+    ) -> None: ...
+
+    def previews(self, scene: Mapping[str, Any], payload: Mapping[str, Any], columns: int) -> list[Text]: ...
+
+
+class BusyDisplay(Protocol):
+    """A display of work in progress; its methods are those of `agent.chat.live_display.LiveDisplay`."""
+
+    possible: bool
+
+    def spin(self, message: str) -> None: ...
+
+    def draw(self, content: Any) -> None: ...
+
+    def stop(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The parts of a screen that depend on where the chat is shown.
+
+    Attributes:
+        maps: shows the table and the candidates.
+        live: shows work in progress.
+        stopping: says in a few words how the user stops the arm; empty if the display of work shows it.
+        keys: says what the keys do, in a sentence; empty without keys of its own.
+    """
+
+    maps: MapDisplay
+    live: BusyDisplay
+    stopping: str = ""
+    keys: str = ""
+
+
+def terminal_surroundings(console: Console) -> Surroundings:
+    """Return the maps, the spinner and the keys of a terminal."""
+    keys = "Ctrl-C stops the current work; Alt-Enter starts a new line; Ctrl-D ends the chat"
+    return Surroundings(Maps(console), LiveDisplay(console), "Ctrl-C stops it", keys)
 
 
 class ChatScreen:
@@ -41,16 +95,20 @@ class ChatScreen:
     Args:
         console: the console to show them on.
         echo: whether to show the user's lines too, for sessions that were not typed on this console.
+        surroundings: what depends on where the chat is shown; by default what suits a terminal.
 
     Attributes:
         maps: the display of maps.
+        keys: a sentence about the keys, or empty.
     """
 
-    def __init__(self, console: Console, echo: bool = False) -> None:
+    def __init__(self, console: Console, echo: bool = False, surroundings: Surroundings | None = None) -> None:
+        around = surroundings or terminal_surroundings(console)
         self.console = console
         self._echo = echo
-        self.maps = Maps(console)
-        self._live, self._text = LiveDisplay(console), TextPrinter(console)
+        self.maps, self.keys = around.maps, around.keys
+        self._live, self._text = around.live, TextPrinter(console)
+        self._at_work = "; ".join(filter(None, (_AT_WORK, around.stopping)))
         self._scene: Mapping[str, Any] | None = None
         self._candidates: Mapping[str, Any] | None = None
         self._rank = 1
@@ -203,7 +261,7 @@ class ChatScreen:
 
     def _pictured(self, payload: Mapping[str, Any]) -> None:
         if payload["name"].startswith("placement-"):
-            self.busy(_AT_WORK)
+            self.busy(self._at_work)
 
     def _filmed(self, payload: Mapping[str, Any]) -> None:
         """Ignore a film, which only the HTML page can show."""
@@ -217,7 +275,7 @@ class ChatScreen:
     def _arm_event(self, payload: Mapping[str, Any]) -> None:
         names = [one["name"] for one in self._scene["objects"]] if self._scene else []
         self._text.line(f"  {arm_sentence(payload, names)}")
-        self.busy(_AT_WORK)
+        self.busy(self._at_work)
 
     def _say_line(self, line: str) -> None:
         if self._echo:

@@ -26,6 +26,7 @@ from agent.cli.parse import parse
 from agent.cli.report import replay, report
 from agent.cli.run import run
 from agent.cli.scene import scene_app
+from agent.cli.serve import serve
 from agent.cli.shell_completion import completion
 from agent.cli.train import train_app
 from agent.errors import BAD_INPUT, DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
@@ -85,6 +86,7 @@ app.command("batch")(batch)
 app.command("replay")(replay)
 app.command("report")(report)
 app.command("parse")(parse)
+app.command("serve")(serve)
 app.command("generate")(generate)
 app.add_typer(train_app, name="train")
 app.command("benchmark")(benchmark)

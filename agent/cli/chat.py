@@ -31,6 +31,7 @@ from agent.cli.options import (
     WeightsOption,
     recorded_options,
 )
+from agent.cli.serve import ViewOption, view_beside
 from agent.errors import UsageError
 from agent.runtime.output_ownership import check_own_folder
 from agent.runtime.stdio import import_pybullet_silently, results_stream
@@ -59,6 +60,7 @@ def chat(
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
     ] = True,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Build the best arrangement without asking.")] = False,
+    view: ViewOption = False,
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
@@ -79,7 +81,7 @@ def chat(
     if sys.stdin is None:
         raise UsageError("chat needs standard input, which is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
-    with results_stream() as results:
+    with results_stream() as results, view_beside(view) as viewer:
         console = console_on(results)
         console.print(_GREETING, style="dim", highlight=False)  # before the imports below, which take seconds
         import_pybullet_silently()
@@ -88,7 +90,7 @@ def chat(
 
         options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
         session = folder / "session.jsonl"
-        code = run_chat(options, console, session, sys.stdin, yes)
+        code = run_chat(options, console, session, sys.stdin, yes, viewer)
     print(f"session: {session}", file=sys.stderr)
     if code:
         raise typer.Exit(code)

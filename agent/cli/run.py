@@ -35,6 +35,7 @@ from agent.cli.options import (
     print_error,
     recorded_options,
 )
+from agent.cli.serve import ViewOption, view_beside
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
 from agent.runtime.output_ownership import check_own_folder
 from agent.runtime.stdio import (
@@ -48,6 +49,7 @@ from agent.runtime.terminal_text import console_on
 
 if TYPE_CHECKING:
     from agent.pipeline.run import RunOptions
+    from agent.scenes.table_scene import TableScene
 
 
 def run(
@@ -75,6 +77,7 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="File for a recording for the Rerun viewer (needs the extra `viz`)."),
     ] = None,
+    view: ViewOption = False,
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
@@ -115,14 +118,20 @@ def run(
             check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call)
     options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
-    outcome = _carry_out(text, options, folder, rerun, trajectories, json_output)
+    outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
     if outcome["exit_code"] != DONE:
         print_error(outcome["message"])
         raise typer.Exit(outcome["exit_code"])
 
 
 def _carry_out(
-    text: str, options: RunOptions, folder: Path, rerun: Path | None, trajectories: list[Path], as_json: bool
+    text: str,
+    options: RunOptions,
+    folder: Path,
+    rerun: Path | None,
+    trajectories: list[Path],
+    as_json: bool,
+    view: bool = False,
 ) -> dict[str, Any]:
     """Carry out an instruction, print its progress and write its report; return the outcome of the report."""
     from agent.event_base import Listener, send
@@ -136,12 +145,21 @@ def _carry_out(
     with ExitStack() as open_files:
         results = open_files.enter_context(results_stream())
         record = RunRecord(open_files.enter_context(run_session(folder, asdict(options))))
-        viewer = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
+        log = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
+        viewer = open_files.enter_context(view_beside(view))
         terminal = TerminalReport(console_on(sys.stderr if as_json else results))
-        listeners: list[Listener] = [record, terminal, *([viewer] if viewer is not None else [])]
+        watching = [one for one in (log, viewer) if one is not None]
+        listeners: list[Listener] = [record, terminal, *watching]
+
+        def on_step(table: TableScene) -> None:
+            for one in watching:
+                one.on_physics_step(table)
+
         try:
-            on_step = None if viewer is None else viewer.on_physics_step
-            for event in run_instruction(text, options, on_step=on_step, trajectories=trajectories):
+            on_table = None if viewer is None else viewer.on_table
+            for event in run_instruction(
+                text, options, on_step=on_step if watching else None, trajectories=trajectories, on_table=on_table
+            ):
                 send(event, listeners)
         except (KeyboardInterrupt, ReaderGone):
             record.on_event(Failed("run", "interrupted", INTERRUPTED))

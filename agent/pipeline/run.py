@@ -74,6 +74,7 @@ def run_instruction(
     cache: ResourceCache | None = None,
     on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
+    on_table: Callable[[TableScene], None] | None = None,
 ) -> Iterator[Event]:
     """Carry out an instruction; yields its events, from `Started` to `Finished`.
 
@@ -84,9 +85,10 @@ def run_instruction(
         on_step: called after every physics step while the arm is at work.
         trajectories: files for the motions that the arm was commanded, as
             `agent.recordings.trajectory_export.write_trajectory` takes them.
+        on_table: called once the table is set, before anything on it has moved.
     """
     started = time.perf_counter()
-    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories)
+    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories, on_table)
     code = DONE
     yield events.Started(text, json_value(asdict(options)))
     try:
@@ -110,9 +112,10 @@ class _Run:
         cache: ResourceCache,
         on_step: Callable[[TableScene], None] | None,
         trajectories: Sequence[Path],
+        on_table: Callable[[TableScene], None] | None,
     ) -> None:
         self.text, self.options, self.cache, self.on_step = text, options, cache, on_step
-        self.trajectories = trajectories
+        self.trajectories, self.on_table = trajectories, on_table
         self.step = "parse"
 
     def steps(self) -> Iterator[Event]:
@@ -147,6 +150,8 @@ class _Run:
         planner = cache.planner(options.model, options.weights, options.allow_unverified)
         self.step, began = "scene", time.perf_counter() - opening
         with source.open(goal, options.seed) as table:
+            if self.on_table is not None:
+                self.on_table(table)
             if planned_as_structure(spec):
                 scene = table.look()
                 yield perceived_event(scene, time.perf_counter() - began, table)

@@ -129,7 +129,7 @@ class TableScene:
         """
         poses = dict(zip(self.names, self.world.poses(), strict=True))
         there = [i for i, name in enumerate(self.names) if name not in self.fallen]
-        known = {name: moved for name, seen in self._seen.items() if (moved := _moved(seen, poses[name])) is not None}
+        known = self.known_clouds()
         unknown = [i for i in there if self.names[i] not in known]
         scene = self.world.observe(
             self._noise,
@@ -147,6 +147,12 @@ class TableScene:
             objects=tuple(clouds[self.names[i]] for i in there if i < self.count),
             distractors=tuple(clouds[self.names[i]] for i in there if i >= self.count and self.names[i] in clouds),
         )
+
+    def known_clouds(self) -> dict[str, ObjectCloud]:
+        """Return the clouds of the objects that were seen before, by name, in their present places, without another
+        look; what has fallen over or off is left out."""
+        poses = self.poses()
+        return {name: moved for name, seen in self._seen.items() if (moved := _moved(seen, poses[name])) is not None}
 
     def _bottom(self, index: int, pose: np.ndarray) -> float:
         """Return z of the surface under an object at the pose, from its true shape: a scene file may stack objects."""

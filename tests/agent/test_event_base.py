@@ -9,6 +9,7 @@ from rich.console import Console
 from agent.chat.view import ChatScreen
 from agent.event_base import RecordedEvent, json_value, send
 from agent.events import Noted, Pictured
+from agent.live_view.live_view import LiveView
 from agent.reporting.rerun_log import RerunLog
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
@@ -16,7 +17,7 @@ from agent.reporting.terminal_report import TerminalReport
 from tests.agent.event_log import EventLog
 
 
-@pytest.mark.parametrize("listener", [ChatScreen, RerunLog, RunRecord, SessionWriter, TerminalReport])
+@pytest.mark.parametrize("listener", [ChatScreen, LiveView, RerunLog, RunRecord, SessionWriter, TerminalReport])
 def test_every_listener_has_the_same_interface(listener):
     assert callable(listener.on_event)
     assert vars(listener).keys().isdisjoint({"__call__", "tell", "take", "watch"})

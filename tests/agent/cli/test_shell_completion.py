@@ -34,7 +34,7 @@ def words(program, *line: str) -> list[str]:
                             "discriminators", "coverage", "chat"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
-        (["run", "--vie"], ["--viewpoint"]),
+        (["run", "--viewp"], ["--viewpoint"]),
         (["run", "make a line", "--no-e"], ["--no-execute"]),
         (["run", "--help"], ["--help"]),
         (["run", "--viewpoint", ""], ["robot", "opposite"]),

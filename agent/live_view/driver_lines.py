@@ -1,0 +1,159 @@
+"""Take the lines of a chat from the page that drives, and let it stop the arm."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Mapping
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.text import Text
+
+from agent.chat.commands import command_of
+from agent.errors import UsageError
+
+if TYPE_CHECKING:
+    from agent.chat.conversation import Conversation
+    from agent.live_view.server import Actions, ViewServer
+
+LONGEST = 2000  # characters of a line
+_LATE = 0.5  # s that the interruption by a page may take to arrive
+_WITH_FILES = ("/save", "/load", "/report")
+
+
+class DriverLines:
+    """The lines that the driver types in the page; `Lines` of the chat.
+
+    Its actions run in the thread of the server, `ask` in the main thread.
+
+    Args:
+        files: whether commands may name files of this machine.
+
+    Attributes:
+        typed: as in `Lines`.
+    """
+
+    typed = True
+
+    def __init__(self, files: bool) -> None:
+        self._files = files
+        self._lock = threading.Lock()
+        self._lines: SimpleQueue[str] = SimpleQueue()
+        self._asked_before = self._asking = self._stopping = False
+        self._stopped_at = 0.0
+        self._server: ViewServer | None = None
+        self._console: Console | None = None
+        self._conversation: Conversation | None = None
+
+    @property
+    def actions(self) -> Actions:
+        """Return what the driver can do, as the server takes it."""
+        return {"line": self._take_line, "stop": self._stop}
+
+    def show_on(self, server: ViewServer, console: Console) -> None:
+        """Set the server that tells the page what is asked for, and the console that shows the lines."""
+        self._server, self._console = server, console
+
+    def answer_for(self, conversation: Conversation) -> DriverLines:
+        """Set the conversation whose proposals and questions are asked about; return these lines."""
+        self._conversation = conversation
+        return self
+
+    # --- in the main thread ------------------------------------------------------------------
+
+    def ask(self, prompt: str) -> str | None:
+        """Return the next line of the driver; `None` when Ctrl-C in the terminal ends the chat."""
+        with self._lock:
+            self._asked_before, self._asking, self._stopping = True, True, False
+        try:
+            self._publish(prompt)  # not sooner: the answer may come at once
+            line = self._next()
+        finally:
+            with self._lock:
+                self._asking = False
+            self._publish("")
+        if line is None:
+            return None
+        if self._console is not None:
+            self._console.print(Text(f"> {line}", "bold"), highlight=False, soft_wrap=True)
+        return line
+
+    def _next(self) -> str | None:
+        while True:
+            try:
+                return self._lines.get()
+            except KeyboardInterrupt:  # of a page that wanted to stop what ended at the same moment, or of the terminal
+                if time.monotonic() - self._stopped_at > _LATE:
+                    return None
+
+    def _choices(self) -> list[dict[str, str]]:
+        """Return the buttons that answer what is asked: their label and the line that they send."""
+        talk = self._conversation
+        if talk is None:
+            return []
+        if talk.question is not None:
+            options = enumerate(talk.question.options, start=1)
+            return [{"label": option, "line": str(number)} for number, option in options]
+        if talk.situation.proposal is not None:  # the page may show another one than that which is chosen
+            return [
+                {"label": f"Build arrangement {talk.situation.proposal.rank}", "line": "yes"},
+                {"label": "Other arrangements", "line": "/again"},
+                {"label": "No", "line": "no"},
+            ]
+        return []
+
+    def _publish(self, prompt: str, stopping: bool = False) -> None:
+        """Tell the page what is asked for; an empty prompt says that the agent is at work."""
+        if self._server is None:
+            return
+        talk = self._conversation
+        proposed = talk is not None and talk.question is None and talk.situation.proposal is not None
+        choices = self._choices() if prompt else []
+        asking = {"prompt": prompt, "choices": choices, "choosing": bool(prompt) and proposed, "stopping": stopping}
+        self._server.publish("asking", asking)
+
+    # --- in the server's thread --------------------------------------------------------------
+
+    def _take_line(self, asked: Mapping[str, Any]) -> str:
+        given = asked.get("line")
+        if not isinstance(given, str) or not given.strip():
+            return "an empty line says nothing"
+        if len(given) > LONGEST:
+            return f"a line has at most {LONGEST} characters, and this one has {len(given)}"
+        line = "".join(char if char.isprintable() else " " for char in given)
+        if refused := self._refused_command(line):
+            return refused
+        with self._lock:
+            if not self._asking:
+                return "the agent is at work; wait, or stop it"
+            self._asking = False  # one line for each time that it asks
+            self._lines.put(line)
+        return ""
+
+    def _refused_command(self, line: str) -> str:
+        try:
+            command = command_of(" ".join(line.split()))
+        except UsageError:
+            return ""  # the chat says what is wrong with it
+        if command is None:
+            return ""
+        if command[0].name == "/quit":
+            return "Ctrl-C in the terminal of structagent serve ends the chat; a page only leaves it"
+        if command[0].name in _WITH_FILES and command[1] and not self._files:
+            return f"{command[0].name} with a file is only for pages on the machine of structagent serve itself"
+        return ""
+
+    def _stop(self, asked: Mapping[str, Any]) -> str:
+        """Interrupt the work, as Ctrl-C in the terminal does."""
+        with self._lock:
+            if self._asking or not self._asked_before:
+                return "nothing is at work"
+            if self._stopping:
+                return "it is stopping"
+            self._stopping, self._stopped_at = True, time.monotonic()
+            self._publish("", stopping=True)
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        return ""

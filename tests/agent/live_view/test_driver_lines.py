@@ -1,0 +1,123 @@
+"""The lines of the driver: one for each time that the chat asks, and none that ends or harms what it should not."""
+
+import io
+import os
+import signal
+import threading
+import time
+
+import pytest
+from rich.console import Console
+
+from agent.live_view.driver_lines import LONGEST, DriverLines
+
+
+class Page:
+    """A server without pages that keeps what it would tell them."""
+
+    def __init__(self) -> None:
+        self.told = []
+
+    def publish(self, kind, payload):
+        self.told.append((kind, payload))
+
+
+@pytest.fixture
+def page() -> Page:
+    return Page()
+
+
+@pytest.fixture
+def lines(page) -> DriverLines:
+    lines = DriverLines(files=True)
+    lines.show_on(page, Console(file=io.StringIO()))
+    return lines
+
+
+def asking(lines, answer: list) -> threading.Thread:
+    """A thread in which the chat asks; waits until it does."""
+    thread = threading.Thread(target=lambda: answer.append(lines.ask("> ")), daemon=True)
+    thread.start()
+    end = time.monotonic() + 10
+    while lines.actions["line"]({"line": ""}) and not lines._asking:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    return thread
+
+
+def test_a_line_answers_what_is_asked_and_the_next_has_to_wait(lines, page):
+    answer = []
+    assert lines.actions["line"]({"line": "too early"}) == "the agent is at work; wait, or stop it"
+    thread = asking(lines, answer)
+    assert lines.actions["line"]({"line": "put the cups in a circle"}) == ""
+    assert lines.actions["line"]({"line": "and a second one"}) == "the agent is at work; wait, or stop it"
+    thread.join(10)
+    assert answer == ["put the cups in a circle"]
+    assert [payload["prompt"] for _, payload in page.told] == ["> ", ""]
+
+
+def test_control_characters_become_spaces(lines):
+    answer = []
+    thread = asking(lines, answer)
+    assert lines.actions["line"]({"line": "stack\x1b[2J the\ncans\u202e"}) == ""
+    thread.join(10)
+    assert answer == ["stack [2J the cans "]
+
+
+@pytest.mark.parametrize("line", [None, 7, "", "  ", ["x"], {"a": 1}])
+def test_what_is_no_line_is_refused(lines, line):
+    assert lines.actions["line"]({"line": line}) == "an empty line says nothing"
+    assert lines.actions["line"]({}) == "an empty line says nothing"
+
+
+def test_a_line_that_is_too_long_is_refused(lines):
+    assert (
+        lines.actions["line"]({"line": "x" * (LONGEST + 1)})
+        == f"a line has at most {LONGEST} characters, and this one has {LONGEST + 1}"
+    )
+
+
+@pytest.mark.parametrize("line", ["/quit", " /QUIT", "/qui", "quit", "bye"])
+def test_a_page_cannot_end_the_chat(lines, line):
+    if lines.actions["line"]({"line": line}) == "the agent is at work; wait, or stop it":
+        pytest.skip(f"{line!r} is not said to end a chat")
+    assert "Ctrl-C in the terminal" in lines.actions["line"]({"line": line})
+
+
+@pytest.mark.parametrize(
+    "line", ["/save desk.yaml", "/load /etc/passwd", "/report page.html", "/SAVE x.yaml", "/sav x.yaml"]
+)
+def test_files_are_for_pages_of_this_machine(line):
+    assert "is only for pages on the machine" in DriverLines(files=False).actions["line"]({"line": line})
+    assert "at work" in DriverLines(files=True).actions["line"]({"line": line})
+
+
+def test_the_report_of_the_session_needs_no_file():
+    assert "at work" in DriverLines(files=False).actions["line"]({"line": "/report"})
+
+
+def test_nothing_is_stopped_before_the_chat_began_and_while_it_asks(lines):
+    assert lines.actions["stop"]({}) == "nothing is at work"
+    thread = asking(lines, [])
+    assert lines.actions["stop"]({}) == "nothing is at work"
+    lines.actions["line"]({"line": "x"})
+    thread.join(10)
+
+
+def test_stopping_interrupts_the_main_thread_once(lines, page):
+    thread = asking(lines, [])
+    lines.actions["line"]({"line": "build"})
+    thread.join(10)
+    presses = []
+    presser = threading.Timer(0.2, lambda: presses.extend(lines.actions["stop"]({}) for _ in range(3)))
+    presser.start()
+    with pytest.raises(KeyboardInterrupt):
+        time.sleep(10)
+    presser.join(10)
+    assert presses == ["", "it is stopping", "it is stopping"]
+    assert page.told[-1] == ("asking", {"prompt": "", "choices": [], "choosing": False, "stopping": True})
+
+
+def test_ctrl_c_in_the_terminal_ends_the_chat_while_it_asks(lines):
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    assert lines.ask("> ") is None

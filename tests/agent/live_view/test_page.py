@@ -1,0 +1,246 @@
+"""The page in a real browser: what is drawn, what its controls send, and how it fits a phone."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agent import events
+from agent.chat.view import ChatScreen
+from agent.live_view.live_view import LiveView
+from agent.live_view.server import ViewServer
+from agent.live_view.transcript import page_screen
+from agent.pipeline.event_builders import chosen_event, perceived_event
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.observation import Arrangement
+from tests.browser import running_browser
+
+pytest.importorskip("websockets", reason="needs the extra `view`")
+DESKTOP, PHONE = (1280, 800), (390, 844)
+SHOTS = os.environ.get("STRUCTAGENT_TEST_SHOTS")  # a folder for the pictures, for who wants to look at them
+STAGE = (slice(60, 640), slice(240, 880))  # of a desktop's picture, where no control lies over the table
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with running_browser(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def lines() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def server(lines):
+    with ViewServer("127.0.0.1", 0, actions={"line": lambda asked: lines.append(asked["line"]) or ""}) as server:
+        yield server
+
+
+@pytest.fixture
+def screen(server) -> ChatScreen:
+    return page_screen(server, echo=False)
+
+
+@pytest.fixture
+def view(server, table) -> LiveView:
+    """Two boxes of which three arrangements are proposed; the second moves them forward, the third to the left."""
+    view, scene = LiveView(server, transcript=False), table.look()
+    view.on_table(table)
+    view.on_event(events.Started("put the boxes in a line", {}))
+    view.on_event(perceived_event(scene, 0.1, table))
+    motions = [pose_from_xyz_yaw(x, y, 0.0, 0.0) for x, y in ((-0.15, 0.1), (0.2, 0.0), (0.0, 0.2))]
+    arrangements = tuple(
+        Arrangement(np.tile(motion, (2, 1, 1)), {"total": 0.9 - 0.1 * k}) for k, motion in enumerate(motions)
+    )
+    candidates = tuple(
+        events.Candidate(k + 1, one.scores, ((0.0, 0.0, 0.0),) * 2) for k, one in enumerate(arrangements)
+    )
+    view.on_event(events.Proposed("geometric", candidates, 0.5, scene=scene, arrangements=arrangements))
+    view.on_event(chosen_event(1, arrangements[0], scene))
+    choices = [{"label": "Build arrangement 1", "line": "yes"}, {"label": "No", "line": "no"}]
+    server.publish("asking", {"prompt": "build it? [y/n] > ", "choices": choices, "choosing": True, "stopping": False})
+    return view
+
+
+@pytest.fixture
+def opened(browser, server):
+    pages = []
+
+    def opened(size=DESKTOP, address=None):
+        page = browser.page()
+        pages.append(page)
+        page.size(*size, phone=size == PHONE)
+        page.open(address or server.access.address)
+        page.wait("structagent.state.role !== ''")
+        return page
+
+    yield opened
+    for page in pages:
+        page.close()
+
+
+def drawn(page, name=""):
+    """What the page shows once everything that moves has arrived."""
+    page.wait("structagent.scene.frames > 0 && structagent.scene.waiting === 0")
+    return page.picture(Path(SHOTS) / f"{name}.png" if SHOTS and name else None)
+
+
+def changed(before, after) -> int:
+    """The number of pixels of the stage that differ."""
+    return int((np.abs(before[STAGE].astype(int) - after[STAGE].astype(int)).max(axis=-1) > 24).sum())
+
+
+def test_the_table_the_arm_the_clouds_and_the_goal_are_drawn(opened, view):
+    page = opened()
+    page.wait("document.querySelectorAll('#labels span').length === 2")
+    whole = drawn(page, "desktop")
+    wood = np.abs(whole[STAGE].astype(int) - (200, 180, 155)).max(axis=-1) < 40
+    assert wood.mean() > 0.1, "the table is there"
+    page.press("#arm")
+    without_arm = drawn(page)
+    assert changed(whole, without_arm) > 3000, "the arm is there"
+    page.press("#ghosts")
+    without_goal = drawn(page)
+    assert changed(without_arm, without_goal) > 150, "the goal is there"
+    page.value("structagent.scene.setScene({scene: 99, table: [0.18, 0.72, -0.45, 0.45], objects: []})")
+    assert changed(without_goal, drawn(page)) > 500, "the clouds are there"
+    assert page.errors == []
+
+
+def test_candidates_are_stepped_through_and_chosen(opened, view, lines):
+    page = opened()
+    page.press("#arm")
+    first = drawn(page)
+    assert page.wait("document.getElementById('rank').textContent") == "1 of 3, score 0.90, chosen"
+    page.press("#next")
+    second = drawn(page)
+    assert changed(first, second) > 150
+    assert page.value("document.getElementById('rank').textContent").startswith("2 of 3, score 0.80")
+    page.press("#next")
+    assert changed(second, drawn(page)) > 150
+    assert page.value("document.getElementById('next').disabled")
+    page.press("#choose")
+    page.press("#choices button")
+    wait_for_lines(page, lines, ["/choose 3", "yes"])
+
+
+def test_objects_and_the_arm_move(opened, view, table):
+    page = opened()
+    before = drawn(page)
+    place = page.value("document.querySelector('#labels span').style.transform")
+    table.world.set_pose(0, pose_from_xyz_yaw(0.0, 0.25, 0.1, 0.5) @ table.poses()[table.names[0]])
+    table.arm.teleport(table.arm.configuration() + 0.3)
+    view._show_poses()
+    page.wait(f"document.querySelector('#labels span').style.transform !== {place!r}")
+    assert changed(before, drawn(page)) > 3000
+
+
+def test_the_chat_is_shown_as_text_and_lines_are_sent(opened, view, screen, lines):
+    page = opened()
+    screen.note('<img src=x onerror="alert(1)"><script>alert(2)</script>')
+    screen.complain("that cannot be built")
+    page.wait("document.querySelector('#log .red')?.textContent === 'that cannot be built'")
+    assert page.value("document.querySelectorAll('#log img, #log script').length") == 0
+    page.type("#line", "put the boxes in a circle")
+    wait_for_lines(page, lines, ["put the boxes in a circle"])
+    assert page.value("document.getElementById('line').value") == ""
+    assert page.errors == []
+
+
+def test_the_second_page_watches_until_it_takes_over(opened, view, lines):
+    first, second = opened(), opened()
+    second.wait("document.getElementById('role').textContent === 'you watch; another page drives (2 pages)'")
+    assert second.value("document.getElementById('form').hidden && document.getElementById('choices').hidden")
+    assert second.value("document.getElementById('choose').hidden")
+    second.press("#take-over")
+    second.wait("!document.getElementById('form').hidden")
+    first.wait("document.getElementById('form').hidden")
+    assert first.value("structagent.state.role") == "other"
+
+
+def test_a_phone_shows_everything_within_its_width(opened, view, screen):
+    for number in range(30):
+        screen.note(f"line {number} of a conversation that is longer than the screen of a phone is high and wide")
+    page = opened(PHONE)
+    page.wait(
+        "document.querySelectorAll('#log p').length >= 30 && document.querySelectorAll('#choices button').length === 2"
+    )
+    drawn(page, "phone")
+    assert page.value("document.documentElement.scrollWidth") <= PHONE[0]
+    outside = page.value(
+        "[...document.querySelectorAll('button, input, #scene, #log')].filter(e => e.getClientRects().length)"
+        ".map(e => [e.id || e.textContent, e.getBoundingClientRect()])"
+        f".filter(([, r]) => r.left < 0 || r.right > {PHONE[0]} || r.top < 0 || r.bottom > {PHONE[1]})"
+        ".map(([name]) => name)"
+    )
+    assert outside == []
+    last = "(r => r.bottom)(document.querySelector('#log p:last-child').getBoundingClientRect())"
+    assert page.value(last) <= page.value("document.getElementById('log').getBoundingClientRect().bottom") + 1
+    assert page.value("document.getElementById('scene').clientHeight") > 300
+    assert page.errors == []
+
+
+def test_without_webgl_the_picture_and_the_chat_work(browser, opened, server, view, screen, lines):
+    page = browser.page()
+    page.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null")
+    page.size(*DESKTOP)
+    page.open(server.access.address)
+    page.wait("structagent.state.role === 'you' && !document.getElementById('no-webgl').hidden")
+    page.wait("document.getElementById('picture').naturalWidth > 0")
+    page.press("#next")
+    page.type("#line", "bigger")
+    wait_for_lines(page, lines, ["bigger"])
+    assert page.errors == []
+    page.close()
+
+
+def test_the_printed_address_opens_a_guarded_page_and_hides_its_token(opened):
+    with ViewServer("127.0.0.1", 0, token=True, actions={}) as guarded:
+        page = opened(address=guarded.access.address)
+        assert page.value("location.search") == "" and page.value("document.cookie") == ""
+        assert page.errors == []
+
+
+def test_the_end_is_shown_and_the_last_state_stays(opened, server, view):
+    page = opened()
+    before = drawn(page)
+    server.close()
+    page.wait("document.getElementById('role').textContent.startsWith('structagent has ended')")
+    assert changed(before, drawn(page)) < 50
+
+
+def test_a_long_session_keeps_the_page_small(opened, server, view, screen, table):
+    page, scene = opened((480, 480)), table.look()
+    page.value(
+        "(gl => { const make = gl.createBuffer.bind(gl), drop = gl.deleteBuffer.bind(gl); gl.kept = 0;"
+        " gl.createBuffer = () => (gl.kept++, make()); gl.deleteBuffer = one => (gl.kept--, drop(one)); })"
+        "(structagent.scene.gl)"
+    )
+
+    def round_of(name: str) -> tuple[int, int]:
+        for number in range(400):
+            screen.note(f"note {number}")
+            if number % 25 == 0:
+                view.on_event(events.Perceived((), (0.18, 0.72, -0.45, 0.45), 0.1, scene=scene))
+                page.value("1")  # the page keeps up
+        screen.note(name)
+        page.wait(f"document.querySelector('#log p:last-child')?.textContent === {name!r}")
+        page.value("gc()")
+        return page.value("structagent.scene.gl.kept"), page.value("performance.memory.usedJSHeapSize")
+
+    round_of("first")
+    buffers, heap = round_of("second")
+    assert round_of("third")[0] == buffers
+    assert round_of("fourth")[1] < heap + 200_000, "32 scenes have more than a million bytes"
+    assert page.value("document.querySelectorAll('#log p').length") == 600
+
+
+def wait_for_lines(page, lines, expected) -> None:
+    for _ in range(200):
+        if lines == expected:
+            return
+        page.value("new Promise(done => setTimeout(done, 50))")
+    assert lines == expected
