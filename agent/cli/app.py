@@ -55,7 +55,6 @@ app.add_typer(config_app, name="config")
 app.add_typer(bag_app, name="bag")
 app.add_typer(models_app, name="models")
 app.command("chat")(chat)
-app.command("mcp")(mcp)
 
 
 def _version(wanted: bool) -> None:
@@ -87,6 +86,7 @@ app.command("replay")(replay)
 app.command("report")(report)
 app.command("parse")(parse)
 app.command("serve")(serve)
+app.command("mcp")(mcp)
 app.command("generate")(generate)
 app.add_typer(train_app, name="train")
 app.command("benchmark")(benchmark)

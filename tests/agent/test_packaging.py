@@ -37,7 +37,7 @@ def test_every_imported_package_is_a_dependency(project):
     from importlib.metadata import packages_distributions
 
     extras = project["project"]["optional-dependencies"]
-    entries = [*project["project"]["dependencies"], *extras["ray"], *extras["viz"], *extras["mcp"]]
+    entries = [*project["project"]["dependencies"], *extras["ray"], *extras["viz"], *extras["mcp"], *extras["view"]]
     wanted = {re.split(r"[<>=~!\[ ]", entry)[0].lower().replace("_", "-") for entry in entries}
     owners = packages_distributions()
     missing = set()
