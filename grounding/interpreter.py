@@ -15,11 +15,20 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from grounding.foreign_languages import foreign_language
-from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals
-from grounding.goal_reading.verdict import verdict
+from grounding.goal_network.second_reader import (
+    FirstReading,
+    NetworkReading,
+    SecondReader,
+    counts,
+    doubted,
+    excepts,
+    notes_of,
+)
+from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals, more_than_plain
+from grounding.goal_reading.verdict import not_understood, requests, verdict
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.parse_result import OBJECT, Parse, Parser, Question, shortened, unreadable
+from grounding.parse_result import OBJECT, REFUSALS, Parse, Parser, Question, shortened, unreadable
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.parsers.spelling import mend
 from grounding.references.attributes import SceneObject
@@ -36,6 +45,7 @@ from grounding.viewpoint import VIEWPOINTS, ViewpointError, turned
 
 if TYPE_CHECKING:
     from grounding.dialogue.revise import Revision
+    from grounding.goal_network.writer import NetworkWriter
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 
@@ -77,6 +87,7 @@ class Interpretation:
     goal: Goal = Goal()
     _reader: ReadsGoals | None = field(default=None, repr=False, compare=False)
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
+    _second: SecondReader | None = field(default=None, repr=False, compare=False)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -94,8 +105,14 @@ class Interpretation:
             catalogue: whether it is a library that a scene can be drawn from.
         """
         started = time.perf_counter()
-        if (whole := self._of_several_parts(objects, catalogue, started)) is not None:
-            return whole
+        whole, reading = self._of_several_parts(objects, catalogue, started)
+        first = self._selected(objects, catalogue, started) if whole is None else whole
+        return first._read_again(objects, catalogue, reading)
+
+    def _selected(
+        self, objects: Sequence[SceneObject | str | None], catalogue: bool, started: float
+    ) -> Interpretation:
+        """Select the objects of one plain structure."""
         if self.parse.status == "refused":
             return self
         text = self.parse.text if self.selection is None else self.selection.references or self.parse.text
@@ -124,14 +141,14 @@ class Interpretation:
 
     def _of_several_parts(
         self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, started: float
-    ) -> Interpretation | None:
-        """Interpret it as a goal that goes beyond one plain structure; `None` if it is not."""
+    ) -> tuple[Interpretation | None, GoalReading]:
+        """Interpret it as a goal that goes beyond one plain structure; `None` if it is not. Return the reading too."""
         if self._reader is None:
-            return None
+            return None, GoalReading()
         reading = self._reader.read(self.parse.text, objects, catalogue)
         found = verdict(self.parse, reading, objects is not None and not catalogue)
         if found is None:
-            return None
+            return None, reading
         seconds = self.seconds + time.perf_counter() - started
         fallback = reading.fallback or self.fallback
         if found.status != "ok":
@@ -139,23 +156,54 @@ class Interpretation:
                 self, spec=StructureSpec(), status=found.status, message=found.message, question=found.question,
                 objects=None, selection=None, named=(), goal=Goal(), seconds=seconds,
                 fallback=fallback,
-            )  # fmt: skip
+            ), reading  # fmt: skip
+        return replace(self, fallback=fallback, seconds=seconds)._with_goal(reading, objects), reading
+
+    def _with_goal(
+        self, reading: GoalReading | NetworkReading, objects: Sequence[SceneObject | str | None] | None
+    ) -> Interpretation:
+        """Return the interpretation whose goal was read."""
+        assert reading.goal is not None
         goal = reading.goal.turned() if self.viewpoint == "opposite" else reading.goal
         spec = goal.structures[0].spec if goal.structures else StructureSpec()
         if objects is None:
             words = tuple(map(str, goal.named_objects()))
             return replace(
                 self, spec=spec, status="ok", message="; ".join(reading.notes), question=None, objects=words or None,
-                words=words,
-                named=words, goal=goal, seconds=seconds, fallback=fallback,
+                words=words, named=words, goal=goal,
             )  # fmt: skip
         names = [each.name if isinstance(each, SceneObject) else each or "" for each in objects]
         selection = _selection_of(goal, reading, len(names))
         return replace(
             self, spec=spec, status="ok", message="; ".join(reading.notes), question=None,
             objects=tuple(names[i] for i in selection.indices), selection=selection, named=selection.named, goal=goal,
-            seconds=seconds, fallback=fallback,
         )  # fmt: skip
+
+    def _read_again(
+        self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, first: GoalReading
+    ) -> Interpretation:
+        """Let the goal network read it too, except where grammar and parser agree on one plain structure."""
+        agreed = self.status == "ok" and first.complete and not more_than_plain(first.goal)
+        agreed = agreed and first.goal.parts[0].spec == self.parse.spec
+        if self._second is None or agreed or not self.parse.text.strip():
+            return self
+        started = time.perf_counter()
+        second = self._second.read(self.parse.text, objects, catalogue)
+        count = None if objects is None or catalogue else len(objects)
+        goal = self.goal.turned() if self.viewpoint == "opposite" else self.goal
+        idle = self.parse.status == "refused" and REFUSALS["idle"] in self.parse.message
+        text = self.parse.text
+        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text))
+        found = self
+        if counts(second, known, count):
+            found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
+        elif doubted(second, known, count):
+            message = not_understood(self.parse, first.residue).message
+            found = replace(
+                self, spec=StructureSpec(), status="refused", message=message, objects=None, selection=None, named=(),
+                goal=Goal(),
+            )  # fmt: skip
+        return replace(found, seconds=self.seconds + time.perf_counter() - started)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row of `structagent parse --json`."""
@@ -190,6 +238,8 @@ class Interpreter:
         encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
         goal_reader: makes the reader of goals of several parts from the grammar's, which it falls back to; `None` for
             the grammar's own.
+        network: makes the goal network, which reads what the grammar's reader refuses, asks about, or reads as more
+            than one plain structure; `None` does without.
 
     Raises:
         ViewpointError: for another viewpoint.
@@ -202,6 +252,7 @@ class Interpreter:
         viewpoint: str = "robot",
         encoder: SentenceEncoder | None = None,
         goal_reader: Callable[[GoalReader], ReadsGoals] | None = None,
+        network: Callable[[], NetworkWriter] | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
@@ -210,6 +261,7 @@ class Interpreter:
         self._encoder = encoder
         self._grammar = GoalReader(encoder, viewpoint == "opposite")
         self._reader = self._grammar if goal_reader is None else goal_reader(self._grammar)
+        self._second = None if network is None else SecondReader(network, encoder, viewpoint == "opposite")
         self._parser: Parser | None = None
         self._substitute: Parser | None = None
         self.fallback = ""
@@ -334,11 +386,12 @@ class Interpreter:
         found = Interpretation(
             parse, spec, parse.status, parse.message, self.viewpoint, words or None, seconds, fallback,
             parse.question, words=words, named=words, goal=_plain_goal(parse, spec, words), _reader=self._reader,
-            _encoder=self._encoder,
+            _encoder=self._encoder, _second=self._second,
         )  # fmt: skip
         if objects is not None:
             return found.among(objects)
-        return found._of_several_parts(None, False, time.perf_counter()) or found
+        whole, reading = found._of_several_parts(None, False, time.perf_counter())
+        return (whole or found)._read_again(None, False, reading)
 
 
 def _plain_goal(parse: Parse, spec: StructureSpec, words: tuple[str, ...]) -> Goal:
@@ -346,7 +399,7 @@ def _plain_goal(parse: Parse, spec: StructureSpec, words: tuple[str, ...]) -> Go
     return Goal((StructurePart.of(spec, words or None),)) if parse.status == "ok" else Goal()
 
 
-def _selection_of(goal: Goal, reading: GoalReading, count: int) -> Selection:
+def _selection_of(goal: Goal, reading: GoalReading | NetworkReading, count: int) -> Selection:
     """Return all objects of a goal: those to place and their references."""
     named = tuple(one for one in goal.named_objects() if isinstance(one, int))
     everything = any(part.objects is None for part in goal.structures)

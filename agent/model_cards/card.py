@@ -56,7 +56,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
         training = _complete(_json(run / RECORD), _RECORDED, run / RECORD)
         if training["files"] != files_of(network):
             raise BadInput(f"{run / RECORD} is of other weights than those in {network.folder}; copy them there first")
-    elif network.family in ("embedding", "llm", "llm_goals"):
+    elif network.family in ("embedding", "goals", "llm", "llm_goals"):
         training = _parser_training(network)
     if reports:
         results = [_result(network, path) for path in reports]
@@ -125,6 +125,9 @@ def _parameters(path: Path) -> int:
 
 def _parser_training(network: Network) -> Facts:
     """Read what a parser's trainer wrote beside the weights, or into them."""
+    if network.family == "goals":
+        config = _json(network.folder / network.files[0])
+        return {name: value for name, value in config.items() if name not in ("keywords", "encoder_layer")}
     if network.family == "embedding":
         config = _json(network.folder / network.files[0])
         names = ("encoder_sha256", "seed", "sentences", "before")
@@ -143,7 +146,7 @@ def _result(network: Network, path: Path) -> Facts:
         of_discriminators = any("discriminator" in evaluation for evaluation in report["evaluations"])
         read = (
             _parsing_rows
-            if network.family in ("embedding", "llm")
+            if network.family in ("embedding", "goals", "llm")
             else _accuracy_rows
             if of_discriminators
             else _success_rows
@@ -189,10 +192,17 @@ def _accuracy_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:
 
 
 def _parsing_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:
+    of_goals = network.family == "goals"  # it reads beside the embedding parser
     return [
-        {"by": found["parser"], "of": found["data"], "what": "exact", "n": found["rows"], **_rate(found["exact"])}
+        {
+            "by": found["parser"],
+            "of": Path(found["data"]).name,
+            "what": "exact",
+            "n": found["rows"],
+            **_rate(found["exact"]),
+        }
         for found in evaluations
-        if found["parser"] == network.family
+        if found["parser"] == ("embedding" if of_goals else network.family) and ("dropped_parts" in found) == of_goals
     ]
 
 

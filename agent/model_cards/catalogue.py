@@ -23,6 +23,7 @@ FAMILIES: Mapping[str, str] = {
     "structure": "judges whether an arrangement is what was asked for",
     "collision": "judges whether two objects intersect",
     "embedding": "reads instructions",
+    "goals": "reads instructions of several parts",
     "llm": "reads instructions: adapter of a language model",
     "llm_goals": "writes goals of several parts: adapter of a language model",
 }
@@ -73,6 +74,7 @@ def networks(weights: Path | None = None) -> dict[str, Network]:
     found = dict(sorted(found.items(), key=lambda entry: order.index(entry[1].family)))
     if weights is None:
         found["embedding"] = Network("embedding", "embedding", PARSERS, card="embedding_card")
+        found["goals"] = Network("goals", "goals", PARSERS / "goal_network")
         found["llm"] = Network("llm", "llm", PARSERS, ("llm_adapter.safetensors",), "llm_card")
         found["llm_goals"] = Network(
             "llm_goals", "llm_goals", PARSERS, ("llm_goal_adapter.safetensors",), "llm_goals_card"

@@ -54,12 +54,13 @@ def verify(network: Network) -> Iterator[Finding]:
 
 
 def _known_errors() -> tuple[type[Exception], ...]:
+    from grounding.goal_network.writer import GoalNetworkError
     from grounding.parsers.embedding import ParserWeightsError
     from grounding.parsers.llm_reply import LLMError
     from grounding.parsers.sentence_encoder import EncoderError
     from structdiffusion.models.checkpoint import CheckpointError
 
-    return _Wrong, BadInput, OSError, CheckpointError, ParserWeightsError, EncoderError, LLMError
+    return _Wrong, BadInput, OSError, CheckpointError, ParserWeightsError, GoalNetworkError, EncoderError, LLMError
 
 
 def _files(network: Network) -> str:
@@ -130,6 +131,31 @@ def _parser_answer(network: Network) -> str:
     return f"{len(votes)} questions"
 
 
+def _goal_network(network: Network) -> str:
+    import torch
+
+    from grounding.goal_network.writer import NetworkWriter
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+    state = NetworkWriter.from_pretrained(SentenceEncoder(), network.folder).decoder.state
+    return _finite({name: torch.from_numpy(array) for name, array in state.items()}, network)
+
+
+def _goal_network_answer(network: Network) -> str:
+    """Compute the scores of the first action of an instruction."""
+    import torch
+
+    from grounding.goal_network.vocabulary import KEYWORDS
+    from grounding.goal_network.writer import ENCODER_LAYER, NetworkWriter
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+    encoder, words = SentenceEncoder(), ["stack", "the", "cans"]
+    decoder = NetworkWriter.from_pretrained(encoder, network.folder).decoder
+    states = encoder.word_states([words], ENCODER_LAYER)
+    scores = decoder.scores(decoder.begin(states.hidden, states.first[0]), None)
+    return _sound(torch.from_numpy(scores), (len(KEYWORDS) + 2 * len(words),))
+
+
 def _adapter(network: Network) -> str:
     from grounding.parsers.llm_local import read_adapter
 
@@ -187,6 +213,7 @@ def _sound(answer: torch.Tensor, shape: tuple[int, ...]) -> str:
 # How the networks that read instructions are checked; the others have a checkpoint.
 _PARSERS = {
     "embedding": (_parser, _parser_answer),
+    "goals": (_goal_network, _goal_network_answer),
     "llm": (_adapter, _adapter_answer),
     "llm_goals": (_adapter, _goal_adapter_answer),
 }

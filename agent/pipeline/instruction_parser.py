@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from grounding.goal_network.writer import NetworkWriter
     from grounding.goal_reading.reader import GoalReader
     from grounding.interpreter import Interpreter
     from grounding.llm_goals.reader import GoalWriter, LLMGoalReader
@@ -103,6 +104,11 @@ def make_interpreter(
 
         return LLMGoalReader(goals, grammar, encoder, options.viewpoint == "opposite")
 
+    def network() -> NetworkWriter:
+        from grounding.goal_network.writer import NetworkWriter
+
+        return NetworkWriter.from_pretrained(encoder)
+
     if options.parser == "embedding":
-        return Interpreter(embedding, None, options.viewpoint, encoder)
+        return Interpreter(embedding, None, options.viewpoint, encoder, network=network)
     return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, goal_reader)

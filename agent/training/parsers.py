@@ -11,6 +11,7 @@ from agent.errors import UsageError
 # The defaults of the trainers, repeated here because importing those loads PyTorch.
 PARSER_SENTENCES = 144_000
 LLM_STEPS, LLM_LEARNING_RATE = 900, 1.5e-3
+GOAL_STEPS, GOAL_LEARNING_RATE = 4000, 6e-4
 
 
 def train_embedding_parser(out: Path, sentences: int, start: Path | None, rate: float, seed: int, threads: int) -> None:
@@ -82,6 +83,30 @@ def train_goal_adapter(out: Path, steps: int, start: Path | None, rate: float, s
     from grounding.training.goal_adapter import GoalTraining, train
 
     train(GoalTraining(out, steps, start or ADAPTER, rate, seed, threads), _print_progress)
+
+
+def train_goal_network(out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int) -> None:
+    """Train the network that reads goals of several parts, and write it to the folder `out`.
+
+    Args:
+        out: folder for `config.json` and `model.safetensors`.
+        steps: optimiser steps, each on a batch of sentences.
+        start: folder of a network to train further; `None` starts from the layers of the embedding parser.
+        rate: peak learning rate, above 0.
+        seed: of initial weights and sentences.
+        threads: of torch.
+
+    Raises:
+        UsageError: for a network to start from that cannot be used, or an illegal rate.
+    """
+    _check_rate("--learning-rate", rate)
+    from grounding.goal_network.writer import GoalNetworkError
+    from grounding.training.goal_reader import GoalNetworkTraining, train
+
+    try:
+        train(GoalNetworkTraining(out, steps, start, rate, seed=seed, threads=threads), _print_progress)
+    except GoalNetworkError as error:
+        raise UsageError(f"--start: {error}") from error
 
 
 def _check_rate(option: str, rate: float) -> None:

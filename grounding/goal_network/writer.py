@@ -47,12 +47,24 @@ class WrittenGoal:
     actions: tuple[Action, ...]
     certainty: float
 
+    @property
+    def uncopied(self) -> tuple[str, ...]:
+        """Return the words that no action points at, nor lie between two that do."""
+        spans = [
+            (one.value, other.value)
+            for one, other in zip(self.actions, self.actions[1:], strict=False)
+            if one.kind == START and other.kind == END
+        ]
+        return tuple(
+            word for place, word in enumerate(self.words) if not any(first <= place <= last for first, last in spans)
+        )
+
     def phrase(self, place: int) -> str:
         """Return the words that the two actions at this place point at."""
         return " ".join(self.words[self.actions[place].value : self.actions[place + 1].value + 1])
 
 
-class GoalWriter:
+class NetworkWriter:
     """The goal network with its encoder.
 
     Args:
@@ -61,10 +73,10 @@ class GoalWriter:
     """
 
     def __init__(self, encoder: SentenceEncoder, decoder: GoalDecoder) -> None:
-        self._encoder, self._decoder = encoder, decoder
+        self._encoder, self.decoder = encoder, decoder
 
     @classmethod
-    def from_pretrained(cls, encoder: SentenceEncoder, folder: Path = WEIGHTS) -> GoalWriter:
+    def from_pretrained(cls, encoder: SentenceEncoder, folder: Path = WEIGHTS) -> NetworkWriter:
         """Load the network of a folder with `config.json` and `model.safetensors`.
 
         Raises:
@@ -91,15 +103,15 @@ class GoalWriter:
         words = words_of(text)
         if not words or len(words) > MOST_SAID:
             return None
-        states, first = self._encoder.word_states(words, ENCODER_LAYER)
-        if len(first) < len(words):  # more word pieces than the encoder takes
+        states = self._encoder.word_states([words], ENCODER_LAYER)
+        if not states.words.all():  # more word pieces than the encoder takes
             return None
         with one_thread():
-            writing = self._decoder.begin(states, first)
+            writing = self.decoder.begin(states.hidden, states.first[0])
             steps, actions, certainty = legal_actions(), [], 0.0
             legal, last = next(steps), None
             while len(actions) < POSITIONS:
-                action, share = _likeliest(self._decoder.scores(writing, last), legal, len(words))
+                action, share = _likeliest(self.decoder.scores(writing, last), legal, len(words))
                 certainty += math.log(share)
                 try:
                     legal, last = steps.send(action), action

@@ -6,16 +6,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+from grounding.goal_reading.feasibility import LEAST_OBJECTS
 from grounding.goal_reading.frame import Frame
 from grounding.goal_reading.scene_references import ReadingError, SceneReferences
 from grounding.goals.parts import Part, RelationPart, StructurePart
 from grounding.parse_result import shortened
-
-# How many objects a shape needs (evaluation protocol).
-_LEAST = {
-    "circle": 3, "line": 2, "tower": 2, "cluster": 2, "rectangle": 4, "square": 4, "triangle": 3, "arc": 3, "grid": 4, "cross": 5,
-    "pyramid": 3,
-}  # fmt: skip
 
 
 class ImpossibleError(ReadingError):
@@ -78,7 +73,7 @@ def _enough(values: dict[str, Any], objects: Any, text: str, find: SceneReferenc
         return
     count = len(objects) if objects is not None else find.count
     shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
-    least = _LEAST.get(shape or "", 1)
+    least = LEAST_OBJECTS.get(shape or "", 1)
     if count < least:
         raise ImpossibleError(f"a {shape} needs {least} objects or more, and {shortened(text)!r} has {count} for it")
     if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:

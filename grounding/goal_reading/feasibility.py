@@ -1,4 +1,4 @@
-"""Find what objects cannot do by their kind: nothing stands on a ball."""
+"""Find what objects cannot do: nothing stands on a ball, and a shape needs a number of objects."""
 
 from __future__ import annotations
 
@@ -7,6 +7,12 @@ from collections.abc import Sequence
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
+
+# How many objects a shape needs (evaluation protocol).
+LEAST_OBJECTS = {
+    "circle": 3, "line": 2, "tower": 2, "cluster": 2, "rectangle": 4, "square": 4, "triangle": 3, "arc": 3, "grid": 4,
+    "cross": 5, "pyramid": 3,
+}  # fmt: skip
 
 _BALLS = frozenset(
     "ball balls baseball softball football basketball golfball volleyball racquetball tennisball marble".split()
@@ -31,3 +37,21 @@ def infeasible(goal: Goal, names: Sequence[str]) -> str:
         if carrying:
             return f"{describe_part(part, names)!r} cannot stand: nothing stands on a ball"
     return ""
+
+
+def too_few(goal: Goal, count: int) -> bool:
+    """Return whether a shape of a goal has fewer objects than it needs, or a grid none that fill its rows and columns.
+
+    Args:
+        goal: the goal.
+        count: of objects in the scene.
+    """
+    elsewhere = {one for one in goal.named_objects() if isinstance(one, int)}
+    for part in goal.structures:
+        members = count - len(elsewhere) if part.objects is None else len(part.objects)
+        if members < LEAST_OBJECTS.get(part.shape or "", 1):
+            return True
+        rows, columns = part.rows, part.columns
+        if rows and columns and not (rows - 1) * columns < members <= rows * columns:
+            return True
+    return False

@@ -90,7 +90,7 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
             parse.spec.shape,
         }  # beside it only noise: "cups: circle; cans: pillar"
         if reading.lost or another:
-            return _not_understood(parse, reading.lost or reading.residue)
+            return not_understood(parse, reading.lost or reading.residue)
     definite = known and len(reading.residue) < 2 and (reading.problem or reading.question is not None)
     several = known and len(reading.residue) <= _MOST_UNREAD and more_than_plain(reading.goal)
     if not (reading.beyond or several or definite or (refused and (goal or not reading.residue))) or _asks_nothing(parse, reading):
@@ -98,7 +98,7 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
     if reading.residue and reading.question is not None and parse.status == "ok" and not known:
         return None
     if reading.residue:
-        return _not_understood(parse, reading.residue)
+        return not_understood(parse, reading.residue)
     if reading.question is not None:
         return Verdict("ask", reading.question.text, reading.question)
     if reading.problem:
@@ -135,7 +135,8 @@ def _which_edge(parse: Parse) -> Verdict:
     return Verdict("ask", text, Question("edge", text, _EDGES))
 
 
-def _not_understood(parse: Parse, words: tuple[str, ...]) -> Verdict:
+def not_understood(parse: Parse, words: tuple[str, ...]) -> Verdict:
+    """Refuse an instruction because of words that nobody understood."""
     listed = " and ".join(repr(each) for each in dict.fromkeys(map(shortened, words)))
     return Verdict(
         "refused",
@@ -152,6 +153,11 @@ def _other_work(parse: Parse, verbs: tuple[str, ...]) -> Verdict:
 def _asks(text: str) -> bool:
     """Return whether a text is worded like a question, and is none that requests something."""
     return _QUESTION.match(text) is not None and _REQUEST.match(text) is None
+
+
+def requests(text: str) -> bool:
+    """Return whether a text may request something: it is not worded like a question about the scene."""
+    return not _asks(text)
 
 
 def _only_reported(parse: Parse, reading: GoalReading) -> bool:

@@ -45,6 +45,23 @@ class TokenStates:
     spans: list[list[tuple[int, int]]]
 
 
+@dataclass(frozen=True)
+class WordStates:
+    """The states of a batch of B texts of at most W words and T word pieces.
+
+    Attributes:
+        hidden: (B, T, 384) float32: the output of the layer that was asked for.
+        pieces: (B, T) bool, true on the pieces of the text and its two boundary marks.
+        first: (B, W) int: the first piece of each word.
+        words: (B, W) bool, true on words; false on padding, and on words beyond the longest text that the network takes.
+    """
+
+    hidden: np.ndarray
+    pieces: np.ndarray
+    first: np.ndarray
+    words: np.ndarray
+
+
 class SentenceEncoder:
     """An encoder of texts to 384-d unit vectors, in float32 on the CPU. Nothing is loaded before the first use.
 
@@ -106,29 +123,28 @@ class SentenceEncoder:
             hidden = network(ids, mask)
         return TokenStates(hidden, mask, [encoding.offsets for encoding in encodings])
 
-    def word_states(self, words: list[str], layer: int | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Compute the hidden states of the word pieces of one text that is divided into words already.
+    def word_states(self, words: list[list[str]], layer: int | None = None) -> WordStates:
+        """Compute the hidden states of the word pieces of texts that are divided into words already.
 
         Args:
-            words: the text.
+            words: of each of B texts; none may be empty.
             layer: the states after this many of the network's layers; `None` for the last.
-
-        Returns:
-            The states (1, T, 384) float32, and the first piece of each word (W,) int; words beyond the longest text
-            that the network takes are missing there.
         """
         from grounding.parsers.bert import one_thread
 
-        encoding = self._tokenizer.encode(words, is_pretokenized=True)
-        ids = np.array([encoding.ids])
+        encodings = self._tokenizer.encode_batch(words, is_pretokenized=True)
+        ids = np.array([encoding.ids for encoding in encodings])
+        pieces = np.array([encoding.attention_mask for encoding in encodings], dtype=bool)
         network = self.network(layer)
         with one_thread():
-            hidden = network(ids, np.ones(ids.shape, dtype=bool))
-        first: dict[int, int] = {}
-        for place, word in enumerate(encoding.word_ids):
-            if word is not None:
-                first.setdefault(word, place)
-        return hidden, np.array([first[word] for word in sorted(first)], dtype=int)
+            hidden = network(ids, pieces)
+        first = np.zeros((len(words), max(map(len, words))), dtype=int)
+        known = np.zeros(first.shape, dtype=bool)
+        for text, encoding in enumerate(encodings):
+            for place, word in enumerate(encoding.word_ids):
+                if word is not None and not known[text, word]:
+                    first[text, word], known[text, word] = place, True
+        return WordStates(hidden, pieces, first, known)
 
     def overflowing(self, texts: list[str]) -> list[bool]:
         """Return for each text whether it has more word pieces than the network can take; runs no network."""

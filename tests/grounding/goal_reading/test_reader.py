@@ -130,9 +130,9 @@ def test_odd_instructions_get_a_short_answer():
     ]
     reader = GoalReader()
     for number, text in enumerate(texts):
-        started = time.perf_counter()
+        started = time.process_time()  # of this process alone: the machine may be busy
         reading = reader.read(text, SCENES["breakfast"] if number % 2 else None)
-        assert time.perf_counter() - started < 1.0, text
+        assert time.process_time() - started < 1.0, text
         assert "\n" not in reading.problem and reading.complete == (bool(reading.goal.parts) and not reading.residue)
 
 

@@ -1,0 +1,218 @@
+"""Read an instruction a second time, with the goal network, and decide when its reading counts.
+
+The grammar's reader builds nothing that has a word it does not know, which is safe and refuses much of what people say.
+The network reads such sentences too, and says how certain it is. Its goal is used in place of a refusal, a question or
+another goal only where it is certain, legal, feasible and free of contradictions; words that the grammar does not know
+are then quoted in a note.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from grounding.goal_network.parts import UnreadLengthError, parts_of
+from grounding.goal_network.writer import NetworkWriter
+from grounding.goal_reading.contradictions import contradiction
+from grounding.goal_reading.feasibility import infeasible, too_few
+from grounding.goal_reading.reader import GoalReading, more_than_plain
+from grounding.goal_reading.scene_references import ReadingQuestion, SceneReferences
+from grounding.goal_reading.written_references import UnusableGoalError, WrittenReferences
+from grounding.goals.comparison import compare_goals
+from grounding.goals.goal import Goal
+from grounding.parse_result import Question, shortened
+from grounding.references.attributes import SceneObject
+from grounding.references.object_names import vocabulary
+from grounding.references.phrases import Vocabulary
+from grounding.references.word_forms import FORMS
+
+if TYPE_CHECKING:
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+# Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
+CERTAIN = 0.85  # in place of a refusal or a question
+MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
+HALF_READ = 0.6  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
+# Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
+_EXCEPTION = re.compile(
+    r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
+    re.IGNORECASE,
+)
+# Words that change a wish wherever they occur: no goal can hold them, so a goal without them is another wish.
+WEIGHTY = frozenset(
+    "upside inverted lean leans leaning tilt tilted tilting rotate rotated rotating flip flipped sideways lid "
+    "lids handle handles spout spouts label labels half halves alternate alternately alternating alternates "
+    "degrees degree diagonal diagonally under beneath underneath hang hanging float floating hover hovering".split()
+)
+# Words that do so where the grammar does not know them.
+WEIGHTY_IF_UNKNOWN = frozenset(
+    "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
+    "angle angled without never balance balanced letter letters word words spell tomorrow later yesterday minutes "
+    "seconds hours touch touches touching contact space room".split()
+)
+
+
+@dataclass(frozen=True)
+class NetworkReading:
+    """The network's reading of an instruction.
+
+    Attributes:
+        goal: what was read, in the speaker's frame; `None` where nothing was, or it cannot be used.
+        certainty: from 0 to 1.
+        answer: "nothing", "impossible" or "unclear" in place of a goal, or "".
+        question: what has to be settled first, as which of two objects is meant.
+        nouns: that chose the objects.
+        described: whether more than nouns chose the objects.
+        notes: remarks for the user.
+        uncopied: words of the instruction that are in no phrase for objects or lengths.
+    """
+
+    goal: Goal | None = None
+    certainty: float = 0.0
+    answer: str = ""
+    question: Question | None = None
+    nouns: tuple[str, ...] = ()
+    described: bool = False
+    notes: tuple[str, ...] = ()
+    uncopied: tuple[str, ...] = ()
+
+
+@dataclass
+class SecondReader:
+    """A reader of goals with the network, which is loaded at its first use.
+
+    Args:
+        writer: makes the network.
+        encoder: finds what unknown nouns mean.
+        opposite: whether the speaker sits across the table.
+    """
+
+    writer: Callable[[], NetworkWriter]
+    encoder: SentenceEncoder | None = None
+    opposite: bool = False
+    _loaded: NetworkWriter | None = field(default=None, repr=False)
+
+    def read(
+        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
+    ) -> NetworkReading:
+        """Read an instruction; see `GoalReader.read`.
+
+        Raises:
+            GoalNetworkError: for weights that cannot be used.
+        """
+        if self._loaded is None:
+            self._loaded = self.writer()
+        written = self._loaded.write(text)
+        if written is None:
+            return NetworkReading()
+        there = None
+        if objects is not None:
+            there = [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
+        names = None if there is None else [each.name for each in there]
+        find = SceneReferences(there, self.encoder, catalogue, self.opposite)
+        nouns = Vocabulary(FORMS) if names is None else vocabulary(names)
+        try:
+            found = parts_of(written, text)
+            if found.answer:
+                return NetworkReading(certainty=written.certainty, answer=found.answer)
+            goal = WrittenReferences(found.parts, find, nouns, found.kept).goal()
+        except ReadingQuestion as doubt:
+            return NetworkReading(certainty=written.certainty, question=doubt.question)
+        except (UnusableGoalError, UnreadLengthError):
+            return NetworkReading()
+        known = None if catalogue else names
+        if contradiction(goal, known) or (known is not None and (infeasible(goal, known) or too_few(goal, len(known)))):
+            return NetworkReading()
+        return NetworkReading(
+            goal, written.certainty, "", None, tuple(dict.fromkeys(find.nouns)), find.described,
+            tuple(dict.fromkeys(find.notes)), written.uncopied,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FirstReading:
+    """What the grammar and the parser of the five slots made of an instruction.
+
+    Attributes:
+        reading: the grammar's.
+        status: what it came to: "ok", "ask" or "refused".
+        goal: in the speaker's frame; without parts unless the status is "ok".
+        requests: whether the instruction is worded as a request, and not like a question about the scene.
+        idle: whether the parser of the five slots sees no arranging in it.
+        excepts: whether it may leave something out.
+    """
+
+    reading: GoalReading
+    status: str
+    goal: Goal
+    requests: bool
+    idle: bool
+    excepts: bool = False
+
+    @property
+    def half_read(self) -> bool:
+        """Return whether it is a plain structure of whose instruction the grammar knows only a part."""
+        return self.status == "ok" and not self.reading.complete and not more_than_plain(self.goal)
+
+
+def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
+    """Decide whether the network's goal is used in place of the first reading.
+
+    Args:
+        second: the network's reading.
+        first: the other one.
+        count: of objects in the scene; `None` if none is known.
+    """
+    reading = first.reading
+    if second.goal is None or not first.requests or reading.work or reading.conditions:
+        return False
+    if WEIGHTY & set(second.uncopied):
+        return False
+    if first.status == "ok":
+        enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
+        enough = enough and (first.half_read or not first.excepts)
+        return enough and _differ(second.goal, first.goal, count)
+    unknown = {word for words in reading.residue for word in re.findall(r"[a-z]+", words.lower())}
+    if unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN):
+        return False
+    understood = bool(reading.problem) and not reading.residue
+    return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+
+
+def _differ(goal: Goal, other: Goal, count: int | None) -> bool:
+    """Return whether two goals differ; where no scene is known, in more than the words for objects."""
+    if count is not None:
+        return not compare_goals(goal, other, count).exact
+    return _without_words(goal) != _without_words(other)
+
+
+def _without_words(goal: Goal) -> list[str]:
+    words = ("objects", "reference", "around")
+    return sorted(
+        str({key: value if key not in words else value is None for key, value in part.to_dict().items()})
+        for part in goal.parts
+    )
+
+
+def doubted(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
+    """Decide whether a structure is not built because the grammar knows only a part of its instruction, and the network
+    reads something else, or nothing.
+    """
+    if count is None or not first.half_read or not first.reading.residue:
+        return False
+    return second.goal is None or _differ(second.goal, first.goal, count)
+
+
+def excepts(text: str) -> bool:
+    """Return whether an instruction may leave something out of what it names."""
+    return _EXCEPTION.search(text) is not None
+
+
+def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
+    """Return the notes on a goal that is used: what it says itself, and the words that only the network read."""
+    if not first.residue:
+        return second.notes
+    listed = ", ".join(repr(shortened(words)) for words in dict.fromkeys(first.residue))
+    return (*second.notes, f"read without knowing {listed}: say so if this changes the wish")

@@ -1,0 +1,188 @@
+"""Train the goal network (`structagent train goals`): about an hour on one core.
+
+Most instructions are the labelled ones of `language/goal_lines.tsv`, varied at every use; the others are drawn by
+`grounding.training.goal_sentences`. Every twelfth labelled instruction, chosen by its checksum, is never trained on:
+its loss is reported, and confidences are chosen on these instructions.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors.torch import save_file
+from torch import nn
+
+from grounding.goal_network.vocabulary import KEYWORDS
+from grounding.goal_network.writer import ENCODER_LAYER, NetworkWriter
+from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
+from grounding.parsers.sentence_encoder import SentenceEncoder
+from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, goal_lines, labelled
+from grounding.training.goal_network import UPPER, GoalBatch, GoalNetwork
+from grounding.training.goal_sentences import GoalSentences
+from grounding.training.goal_variation import varied
+
+BATCH, BUCKET = 64, 10
+STEPS = 4000
+LEARNING_RATE = 6e-4
+UPPER_RATE = 0.2  # of the layers that know English already
+DRAWN = 0.3  # share of the sentences that are drawn
+WARM_UP = 200
+HELD_OUT = 12
+
+
+@dataclass(frozen=True)
+class GoalNetworkTraining:
+    """How to train the goal network.
+
+    Attributes:
+        out: folder for `model.safetensors` and `config.json`; they are written every three minutes.
+        steps: of the optimiser, on 64 instructions each.
+        start: folder of a network to train further; `None` starts from the layers of the shipped parser.
+        rate: peak learning rate.
+        dropout: of the network's layers.
+        seed: of the instructions, the initial weights and dropout.
+        threads: of torch; only one repeats exactly.
+
+    Raises:
+        ValueError: for no step, no thread, or a rate that is not positive.
+    """
+
+    out: Path
+    steps: int = STEPS
+    start: Path | None = None
+    rate: float = LEARNING_RATE
+    dropout: float = 0.1
+    seed: int = 0
+    threads: int = 1
+
+    def __post_init__(self) -> None:
+        if self.steps < 1 or self.threads < 1 or not self.rate > 0.0:
+            given = f"{self.steps}, {self.threads}, {self.rate}"
+            raise ValueError(f"steps and threads must be at least 1 and the rate positive, not {given}")
+
+
+def held_out(line: GoalLine) -> bool:
+    """Return whether an instruction is never trained on."""
+    return zlib.crc32(line.text.encode()) % HELD_OUT == 5
+
+
+def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda line: None) -> None:
+    """Train and write a network.
+
+    Args:
+        options: how to train, and where to write.
+        report: takes a line of progress after every fifty steps.
+
+    Raises:
+        EncoderError, GoalNetworkError: for an encoder, or weights to start from, that cannot be used.
+    """
+    torch.set_num_threads(options.threads)
+    encoder = SentenceEncoder()
+    rng = np.random.default_rng(options.seed)
+    rows = [row for line in goal_lines() if not held_out(line) and (row := _labelled(line)) is not None]
+    unseen = [row for line in goal_lines() if held_out(line) and (row := _labelled(line)) is not None]
+    with torch.random.fork_rng():
+        torch.manual_seed(options.seed)  # initial weights and dropout know no generator of their own
+        network = _initial(encoder, options)
+        optimiser, schedule = _optimiser(network, options)
+        started = saved = time.perf_counter()
+        recent: list[float] = []
+        for step, batch in enumerate(_batches(rows, rng, options.steps), start=1):
+            loss = GoalBatch.of(encoder, batch).loss(network.train())
+            optimiser.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+            optimiser.step()
+            schedule.step()
+            recent.append(loss.item())
+            if step % 50 == 0 or step == options.steps:
+                losses = f"loss {np.mean(recent[-50:]):.3f}, held out {loss_of(network, encoder, unseen):.3f}"
+                report(f"step {step} of {options.steps}, {losses}, {time.perf_counter() - started:.0f} s")
+            if time.perf_counter() - saved > 180 or step == options.steps:
+                save(network, encoder, options.out, step)
+                saved = time.perf_counter()
+
+
+def save(network: GoalNetwork, encoder: SentenceEncoder, out: Path, steps: int) -> None:
+    """Write `model.safetensors` (float16) and `config.json`."""
+    out.mkdir(parents=True, exist_ok=True)
+    save_file({name: tensor.half() for name, tensor in network.state_dict().items()}, out / "model.safetensors")
+    config = {"steps": steps, "encoder_sha256": encoder.checksum, "encoder_layer": ENCODER_LAYER, "keywords": KEYWORDS}
+    (out / "config.json").write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+
+
+@torch.no_grad()
+def loss_of(network: GoalNetwork, encoder: SentenceEncoder, rows: Sequence[LabelledGoal]) -> float:
+    """Return the mean loss of instructions, in batches of 64; not a number where there are none."""
+    if not rows:
+        return float("nan")
+    network.eval()
+    starts = range(0, len(rows), BATCH)
+    return float(np.mean([GoalBatch.of(encoder, rows[k : k + BATCH]).loss(network).item() for k in starts]))
+
+
+def _labelled(line: GoalLine) -> LabelledGoal | None:
+    """Return the network's task; `None` for the few labels that it cannot write, as with more than nine parts."""
+    try:
+        return labelled(line.text, line.label)
+    except LabelError:
+        return None
+
+
+def _batches(rows: Sequence[LabelledGoal], rng: np.random.Generator, steps: int) -> Iterator[list[LabelledGoal]]:
+    """Draw batches of instructions of like length."""
+    sentences = GoalSentences(np.random.default_rng(rng.integers(2**32)))
+    left: list[list[LabelledGoal]] = []
+    for _ in range(steps):
+        if not left:
+            drawn = sorted(
+                (_drawn(rows, sentences, rng) for _ in range(BATCH * BUCKET)), key=lambda row: len(row.words)
+            )
+            left = [drawn[k : k + BATCH] for k in range(0, len(drawn), BATCH)]
+            rng.shuffle(left)
+        yield left.pop()
+
+
+def _drawn(rows: Sequence[LabelledGoal], sentences: GoalSentences, rng: np.random.Generator) -> LabelledGoal:
+    if rows and rng.random() >= DRAWN:
+        return varied(rows[rng.integers(len(rows))], rng)
+    sentence = sentences.draw()
+    return varied(labelled(sentence.text, sentence.line), rng)
+
+
+def _initial(encoder: SentenceEncoder, options: GoalNetworkTraining) -> GoalNetwork:
+    if options.start is not None:
+        return GoalNetwork.of(NetworkWriter.from_pretrained(encoder, options.start).decoder, options.dropout)
+    from grounding.parsers.embedding import EmbeddingParser
+
+    network = GoalNetwork(options.dropout)
+    parser = EmbeddingParser.from_pretrained(PARSER_WEIGHTS, encoder).reader
+    for number, layer in enumerate(network.upper, start=parser.layers - UPPER):
+        own = {
+            name.split(".", 2)[2]: array for name, array in parser.state.items() if name.startswith(f"layers.{number}.")
+        }
+        layer.load_state_dict({name: torch.from_numpy(array.copy()) for name, array in own.items()})
+    return network
+
+
+def _optimiser(
+    network: GoalNetwork, options: GoalNetworkTraining
+) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
+    """Return AdamW and its schedule: up for a while, constant for half of the steps, then down to nothing."""
+    upper = list(network.upper.parameters())
+    others = [weight for name, weight in network.named_parameters() if not name.startswith("upper.")]
+    groups = [{"params": upper, "lr": UPPER_RATE * options.rate}, {"params": others, "lr": options.rate}]
+    optimiser = torch.optim.AdamW(groups, weight_decay=0.01, betas=(0.9, 0.98))
+    steps = options.steps
+
+    def factor(step: int) -> float:
+        return min(1.0, (step + 1) / WARM_UP) * min(1.0, max(0.02, 2.0 * (1.0 - step / steps)))
+
+    return optimiser, torch.optim.lr_scheduler.LambdaLR(optimiser, factor)

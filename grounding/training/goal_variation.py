@@ -1,0 +1,89 @@
+"""Vary labelled instructions: other nouns and colours, left and right exchanged, no punctuation, typing errors.
+
+Labels point at places of words, so they stay right when words are exchanged for others.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF
+from grounding.training.goal_lines import LabelledGoal, Step
+
+MIRRORED, OTHER_NOUNS, NO_MARKS, MISTYPED = 0.3, 0.5, 0.15, 0.12  # shares of the instructions
+_ONE = tuple(
+    "mug bowl plate spoon fork knife banana apple bottle jar box cup block ball car duck marker hammer drill "
+    "screwdriver clamp kettle teapot pitcher sponge egg tube saucer tray pen carton lemon pear cube cylinder brick pot "
+    "trowel stone stapler notebook phone tin glass vase candle book lamp toy bear truck shell coin key wrench brush "
+    "basket".split()
+)
+_SEVERAL = tuple(
+    "mugs bowls plates spoons forks knives bananas apples bottles jars boxes cups blocks balls cars ducks markers "
+    "hammers drills screwdrivers clamps kettles teapots pitchers sponges eggs tubes saucers trays pens cartons lemons "
+    "pears cubes cylinders bricks pots stones staplers notebooks phones tins cans glasses vases candles books lamps "
+    "toys bears trucks shells coins keys wrenches brushes baskets things items".split()
+)
+_COLOURS = ("red", "blue", "green", "yellow", "white", "black", "brown", "grey", "pink", "purple")
+_SIDES = ("left right", "left-hand right-hand", "lefthand righthand", "leftmost rightmost", "east west",
+          "leftward rightward", "leftwards rightwards")  # fmt: skip
+_OTHER_SIDE = {a: b for pair in _SIDES for a, b in (pair.split(), pair.split()[::-1])}
+# "Left" and "right" that are no sides.
+_NO_SIDE = re.compile(
+    r"what(?:'s| is) left|all right|right (?:now|away|in front|behind|next|beside|here|there|on top|up|then|by|at|"
+    r"after|against|under|between|angle|order|way|so|well|ok|okay|where|amount|of course)|that's right|just right|"
+    r"left over|(?:is|are|left|have|has|got|been|be) left|left alone|^right\b|, right [,?.]|clockwise|right \?"
+)
+_MIRRORED_KEYWORDS = {
+    NUMBER_OF[word]: NUMBER_OF[" ".join(_OTHER_SIDE.get(part, part) for part in word.split(" "))]
+    for word in KEYWORDS
+    if {"left", "right", "east", "west"} & set(word.split(" "))
+}
+
+
+def varied(row: LabelledGoal, rng: np.random.Generator) -> LabelledGoal:
+    """Return an instruction like this one, with the label that it must have."""
+    words, steps = list(row.words), list(row.steps)
+    if rng.random() < MIRRORED and not _NO_SIDE.search(" ".join(words)):
+        words = [_OTHER_SIDE.get(word, word) for word in words]
+        steps = [(kind, (_MIRRORED_KEYWORDS.get(at[0], at[0]),) if kind == KEYWORD else at) for kind, at in steps]
+    if rng.random() < OTHER_NOUNS:
+        for pool in (_ONE, _SEVERAL, _COLOURS):
+            words = _exchanged(words, pool, rng)
+    if rng.random() < NO_MARKS:
+        words, steps = _without_marks(words, steps)
+    if rng.random() < MISTYPED:
+        place = int(rng.integers(len(words)))
+        words[place] = _mistyped(words[place], rng)
+    return LabelledGoal(tuple(words), tuple(steps))
+
+
+def _exchanged(words: Sequence[str], pool: Sequence[str], rng: np.random.Generator) -> list[str]:
+    """Exchange the words of a pool for others of it, the same word for the same."""
+    there = [word for word in dict.fromkeys(words) if word in pool]
+    others = dict(zip(there, rng.permutation(pool)[: len(there)].tolist(), strict=True))
+    return [others.get(word, word) for word in words]
+
+
+def _without_marks(words: list[str], steps: list[Step]) -> tuple[list[str], list[Step]]:
+    """Leave out the marks of punctuation, unless a label points at one."""
+    kept = [place for place, word in enumerate(words) if word[0].isalnum()]
+    places = {old: new for new, old in enumerate(kept)}
+    if not kept or any(kind != KEYWORD and not set(at) <= places.keys() for kind, at in steps):
+        return words, steps
+    moved = [(kind, at if kind == KEYWORD else tuple(places[one] for one in at)) for kind, at in steps]
+    return [words[place] for place in kept], moved
+
+
+def _mistyped(word: str, rng: np.random.Generator) -> str:
+    """Leave out, exchange or double a letter of a longer word."""
+    if len(word) < 5 or not word.isalpha():
+        return word
+    at, how = int(rng.integers(len(word) - 1)), rng.random()
+    if how < 0.35:
+        return word[:at] + word[at + 1 :]
+    if how < 0.7:
+        return word[:at] + word[at + 1] + word[at] + word[at + 2 :]
+    return word[: at + 1] + word[at:]

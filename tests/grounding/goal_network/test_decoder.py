@@ -1,0 +1,50 @@
+"""The network in numpy is the network in torch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from grounding.goal_network.decoder import GoalDecoder
+from grounding.goal_network.vocabulary import KEYWORD, NUMBER_OF, START, Action, keyword
+from grounding.goal_network.writer import ENCODER_LAYER
+from grounding.training.goal_network import GoalNetwork
+
+WORDS = ["stack", "the", "red", "cans", "behind", "the", "plate"]
+ACTIONS = [keyword("tower of"), Action(START, 1), Action(2, 3), keyword("y top"), keyword("place of")]
+
+
+@pytest.fixture(scope="module")
+def network():
+    with torch.random.fork_rng():
+        torch.manual_seed(3)
+        return GoalNetwork().eval()
+
+
+def test_scores_agree_with_torch_action_by_action(network, encoder):
+    states = encoder.word_states([WORDS], ENCODER_LAYER)
+    writing = network.decoder().begin(states.hidden, states.first[0])
+    ours = [network.decoder().scores(writing, None)]
+    for action in ACTIONS:
+        ours.append(network.decoder().scores(writing, action))
+    started = [Action(KEYWORD, NUMBER_OF["<start>"]), *ACTIONS]
+    with torch.no_grad():
+        memory = network.remembered(
+            torch.from_numpy(states.hidden), torch.from_numpy(states.pieces), torch.from_numpy(states.first)
+        )
+        theirs = network(
+            memory,
+            torch.from_numpy(states.words),
+            torch.tensor([[action.kind for action in started]]),
+            torch.tensor([[action.value for action in started]]),
+        )[0]
+    np.testing.assert_allclose(np.stack(ours), theirs.numpy(), atol=1e-4)
+
+
+def test_missing_and_misshaped_arrays_are_named(network):
+    state = dict(network.decoder().state)
+    with pytest.raises(KeyError, match="word.bias"):
+        GoalDecoder({name: array for name, array in state.items() if name != "word.bias"})
+    with pytest.raises(ValueError, match=r"word.bias has the shape \(3,\); it must have \(256,\)"):
+        GoalDecoder(state | {"word.bias": np.zeros(3, dtype=np.float32)})

@@ -1,0 +1,141 @@
+"""When the network's goal counts, and when it does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from grounding.goal_network.second_reader import (
+    CERTAIN,
+    HALF_READ,
+    MORE_CERTAIN,
+    FirstReading,
+    NetworkReading,
+    SecondReader,
+    counts,
+    doubted,
+    excepts,
+    notes_of,
+)
+from grounding.goal_network.writer import NetworkWriter
+from grounding.goal_reading.reader import GoalReading
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
+from grounding.interpreter import Interpreter
+
+TOWER = Goal((StructurePart("tower", objects=(0, 1)),))
+TRIANGLE = Goal((StructurePart("triangle", objects=(0, 1, 2)),))
+LINE = Goal((StructurePart("line", objects=(0, 1)),))
+UNKNOWN = GoalReading(residue=("egypt",))
+REFUSED = FirstReading(UNKNOWN, "refused", Goal(), True, False)
+
+
+def read(goal=TRIANGLE, certainty=1.0):
+    return NetworkReading(goal, certainty)
+
+
+def test_a_certain_goal_stands_in_for_a_refusal_because_of_unknown_words():
+    assert counts(read(certainty=CERTAIN), REFUSED, 3)
+    assert not counts(read(certainty=CERTAIN - 0.01), REFUSED, 3)
+    assert notes_of(read(), UNKNOWN) == ("read without knowing 'egypt': say so if this changes the wish",)
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        replace(REFUSED, requests=False),
+        replace(REFUSED, reading=replace(UNKNOWN, work=("pour",))),
+        replace(REFUSED, reading=replace(UNKNOWN, conditions=("if",))),
+        replace(REFUSED, reading=replace(UNKNOWN, residue=("upside down",))),
+    ],
+)
+def test_questions_other_work_conditions_and_weighty_words_stay_refused(first):
+    assert not counts(read(), first, 3)
+
+
+def test_idle_sentences_and_definite_refusals_need_more_certainty():
+    idle = replace(REFUSED, idle=True)
+    definite = replace(REFUSED, reading=GoalReading(problem="there is no fork"))
+    for first in (idle, definite):
+        assert not counts(read(certainty=MORE_CERTAIN - 0.01), first, 3)
+        assert counts(read(certainty=MORE_CERTAIN), first, 3)
+
+
+def test_another_goal_is_replaced_only_where_the_network_is_nearly_sure_and_reads_something_else():
+    complete = FirstReading(GoalReading(goal=TRIANGLE), "ok", TRIANGLE, True, False)
+    other = Goal((StructurePart("arc", objects=(0, 1, 2)),))
+    assert counts(read(other, MORE_CERTAIN), complete, 3)
+    assert not counts(read(other, MORE_CERTAIN - 0.01), complete, 3)
+    assert not counts(read(TRIANGLE), complete, 3)
+    assert not counts(read(other), replace(complete, excepts=excepts("all but the red one")), 3)
+
+
+def test_a_plain_structure_of_a_half_read_sentence_needs_a_second_vote():
+    half = FirstReading(UNKNOWN, "ok", TOWER, True, False)
+    assert counts(read(LINE, HALF_READ), half, 2)
+    assert not counts(read(LINE, HALF_READ - 0.01), half, 2)
+    assert doubted(read(LINE, 0.1), half, 2) and doubted(NetworkReading(), half, 2)
+    assert not doubted(read(TOWER, 0.1), half, 2)
+    assert not doubted(read(LINE, 0.1), half, None)  # without a scene the words alone decide
+
+
+@pytest.fixture(scope="module")
+def interpreter(parser, encoder):
+    return Interpreter(lambda: parser, encoder=encoder, network=lambda: NetworkWriter.from_pretrained(encoder))
+
+
+THERE = ["can", "can", "cup", "cup", "cup", "bowl"]
+
+
+def test_unknown_words_no_longer_refuse_a_clear_wish_and_are_quoted(interpreter):
+    found = interpreter.interpret("wud ya kindly plonk the cups in a triangle, guv", THERE)
+    assert (found.status, found.goal) == ("ok", Goal((StructurePart("triangle", objects=(2, 3, 4)),)))
+    assert "read without knowing" in found.message and "'guv'" in found.message
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "put the cups in a row and turn them upside down",
+        "put the cups in a row with their handles to me",
+        "stack the cans and pour the water into the bowl",
+        "if it rains, line up the cups",
+        "is the bowl behind the cans?",
+        "stack the plates",
+        "put half of the cups in a row",
+        "the weather is fine today",
+    ],
+)
+def test_what_no_goal_can_hold_stays_unbuilt(interpreter, text):
+    found = interpreter.interpret(text, THERE)
+    assert found.status in ("refused", "ask") and not found.goal.parts
+
+
+def test_across_the_table_sides_are_turned_once(parser, encoder):
+    network = lambda: NetworkWriter.from_pretrained(encoder)  # noqa: E731
+    here, across = (
+        Interpreter(lambda: parser, viewpoint=side, encoder=encoder, network=network) for side in ("robot", "opposite")
+    )
+    text = "wud ya plonk the cups in a triangle on the left side, guv"
+    assert here.interpret(text, THERE).goal.parts[0].x_position == "left"
+    assert across.interpret(text, THERE).goal.parts[0].x_position == "right"
+
+
+def test_the_network_is_loaded_at_the_first_doubt_only(parser, encoder):
+    loaded = []
+
+    def network():
+        loaded.append(1)
+        return NetworkWriter.from_pretrained(encoder)
+
+    interpreter = Interpreter(lambda: parser, encoder=encoder, network=network)
+    interpreter.interpret("put the cups in a circle", THERE)
+    assert not loaded
+    interpreter.interpret("put the cups in a triangle", THERE)
+    interpreter.interpret("put the cups in a square", THERE)
+    assert loaded == [1]
+
+
+def test_no_words_are_no_goal(encoder):
+    assert SecondReader(lambda: NetworkWriter.from_pretrained(encoder)).read("") == NetworkReading()
