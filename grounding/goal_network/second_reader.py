@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
-CERTAIN = 0.85  # in place of a refusal or a question
+CERTAIN = 0.8  # in place of a refusal or a question
 MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
-HALF_READ = 0.6  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
+HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
     r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
@@ -117,7 +117,7 @@ class SecondReader:
             found = parts_of(written, text)
             if found.answer:
                 return NetworkReading(certainty=written.certainty, answer=found.answer)
-            goal = WrittenReferences(found.parts, find, nouns, found.kept).goal()
+            goal = WrittenReferences(found.parts, find, nouns, found.kept, text).goal()
         except ReadingQuestion as doubt:
             return NetworkReading(certainty=written.certainty, question=doubt.question)
         except (UnusableGoalError, UnreadLengthError):
