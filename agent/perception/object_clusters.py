@@ -17,7 +17,6 @@ from agent.perception.height_map import Relief
 from agent.perception.merging import flat_things_joined, joined
 from agent.perception.occlusion import rejoined
 from agent.perception.splitting import split
-from agent.perception.vessels import vessels_closed
 
 _SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
 _LEAST_SEED, _LEAST_GROW = 0.0025, 0.0012  # m
@@ -104,14 +103,10 @@ def find_objects(
     tall, sigma, waves = map(voxels.mean, (height[solid], relief.sigma[solid], relief.waves[solid]))
     lab, contrast = (None, None) if tint is None else (voxels.mean(tint.lab[solid]), voxels.mean(tint.contrast[solid]))
     of_voxel, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
-    facing = normals(voxels.positions, eye)
-    of_voxel = flat_things_joined(of_voxel, voxels.positions, voxels.reach)
-    of_voxel = split(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), facing, eye, voxels.reach)
-    of_voxel = joined(of_voxel, voxels.positions, facing, lab, eye)
-    of_voxel = rejoined(of_voxel, voxels.positions, lab, eye)
-    of_voxel = vessels_closed(of_voxel, voxels.positions, facing)
     # Not the smoothed heights: about a plate's rim these are high where there is table.
     itself = voxels.mean(relief.heights[solid])
+    of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
+    of_voxel = grouped(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), lab, eye, voxels.reach)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0
@@ -126,6 +121,23 @@ def find_objects(
     wide = np.vstack((left_out, too_wide))
     # A wall behind the table was never expected on it.
     return Found(labels, int(of_voxel.max()) + 1, wide[shapely.contains_xy(relief.outline, wide[:, 0], wide[:, 1])])
+
+
+def grouped(part: np.ndarray, places: np.ndarray, lab: np.ndarray | None, eye: np.ndarray, reach: float) -> np.ndarray:
+    """Return the object (V,) of each voxel: parts are split into objects, and parts of one object are joined.
+
+    Args:
+        part: (V,) the connected part of each voxel, -1 for none.
+        places: (V, 3) level frame, z above the table, metres.
+        lab: (V, 3) colours in CIELAB, or `None`.
+        eye: (3,) where the camera is.
+        reach: metres within which voxels are neighbours.
+    """
+    facing = normals(places, eye)
+    part = flat_things_joined(part, places, reach)
+    part = split(part, places, facing, eye, reach)
+    part = joined(part, places, facing, lab)
+    return rejoined(part, places, lab, eye)
 
 
 def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray) -> np.ndarray:

@@ -12,8 +12,9 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.convexity import convex_pieces
-from agent.perception.merging import HOLLOW, hollowness, insides_joined, is_inside
+from agent.perception.vessels import hollowness, vessels_closed
 
+HOLLOW = -0.3
 LEAST = 80  # voxels of each object
 _SHARE = 0.2  # of the other's voxels that the smaller has, at a neck
 _LEAST_HEIGHT = 0.03  # m: lower things have no valleys that a camera sees
@@ -27,7 +28,6 @@ _CARRIES = 0.3  # of a piece's border lies on such a surface, and of the piece n
 _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a part of it
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
 _RIM_HEIGHT = 0.02  # m between the upper ends of the inside and the outside of a vessel
-_WITHIN = 0.6  # of what stands in a vessel lies within the inside's outline
 _FOOTING = 0.5  # of its own width, as it is seen, is what it stands on at least
 _BEHIND = 0.03  # m
 _THIN_SHARE, _LOW_SHARE = 0.5, 0.3  # of the other's voxels has a piece too narrow or too low to stand beside it
@@ -54,8 +54,7 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
         if len(own) < 2 * LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
             continue
         pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach)
-        pieces = insides_joined(pieces, positions[own], normals[own], 1.5 * reach)
-        pieces = _vessels_joined(pieces, positions[own], normals[own], reach)
+        pieces = vessels_closed(pieces, positions[own], normals[own])
         pieces = _objects_among(pieces, positions[own], normals[own], eye, reach)
         for piece in range(1, pieces.max() + 1):
             part[own[pieces == piece]] = part.max() + 1
@@ -65,29 +64,6 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
             if lobes.max() > 0 and _two_things(lobes == 1, positions[members], normals[members], eye):
                 part[members[lobes == 1]] = part.max() + 1
     return part
-
-
-def _vessels_joined(pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
-    """Join the inside of a vessel with the outside that ends at the same height beside it."""
-    pieces = pieces.copy()
-    inside = [
-        k for k in np.unique(pieces) if (pieces == k).sum() >= LEAST / 2 and is_inside(pieces == k, positions, normals)
-    ]
-    for one in inside:
-        own = positions[pieces == one]
-        outline = shapely.LineString(own[:, :2]).convex_hull
-        tree, best, most = cKDTree(own), None, 0
-        for other in np.unique(pieces):
-            its = positions[pieces == other]
-            if other == one or abs(np.percentile(its[:, 2], 95) - np.percentile(own[:, 2], 95)) > _RIM_HEIGHT:
-                continue
-            border = int((tree.query(its, distance_upper_bound=reach)[0] < reach).sum())
-            # What stands in it is not its outside.
-            if border > most and shapely.contains_xy(outline, its[:, :2]).mean() < _WITHIN:
-                best, most = other, border
-        if best is not None:
-            pieces[pieces == one] = best
-    return pieces
 
 
 def _objects_among(

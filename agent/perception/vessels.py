@@ -1,23 +1,79 @@
-"""Join the inside of a vessel, which a camera sees over the near rim, to its outside."""
+"""Join the parts of a vessel: its outside, and its inside and bottom, which a camera sees over the near rim.
+
+One rule decides: the walls of a vessel stand about one axis, and its inside faces that axis. Nothing else on a table
+does: what stands in a vessel, or beside it, faces away from its own axis.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-_RIMS = 0.02  # m that the outside ends above the inside at most; depth edges take more of it than of the inside
-_WIDER = 1.15  # times the larger circle at most is the circle of both: what stands beside a vessel widens it more
-_AT_WALL = 0.45  # of the radius is the outside's mean distance from the axis at least
-_FOOT = 0.015  # m above the table, up to where the outside reaches down
-_FACING = 0.3  # mean sine by which the walls face the axis, or away from it
 _WALL = 0.7  # upward part of a normal from which on a surface is no wall
 _LEAST_WALL = 10  # voxels
+_LEAST = 15  # voxels of a part that is looked at
+_NEAR = 0.03  # m between parts of one vessel, seen from above: a wall, and what a camera loses of it
+_FACING = 0.35  # mean cosine by which walls face the axis, or away from it
+_RIMS = 0.02  # m that the outside ends above the inside at most; depth edges take more of it than of the inside
+_AS_FAR = 0.6  # of the larger distance from the axis is the smaller one
+_WIDER = 1.15  # times the larger circle at most is the circle of both: what stands beside a vessel widens it more
+_FOOT = 0.02  # m above the lower end of the inside, up to where the outside reaches down
+_MOST_WALL, _LEVEL = 0.4, 0.2  # of a bottom's voxels are wall, and its hollowness: what stands there faces outward
+_INNER_SHARE = 0.8  # of a bottom lies between the walls, seen from above
+
+
+def hollowness(positions: np.ndarray, normals: np.ndarray) -> float:
+    """Return how much the normals point away from the part's middle, seen from above: 1 for a ball, -1 for an inside.
+
+    Args:
+        positions: (V, 3) metres.
+        normals: (V, 3) unit, toward the camera.
+    """
+    from_middle = positions[:, :2] - positions[:, :2].mean(axis=0)
+    weight = np.linalg.norm(normals[:, :2], axis=1) * np.linalg.norm(from_middle, axis=1)
+    return float((normals[:, :2] * from_middle).sum() / max(weight.sum(), 1e-9))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A part, its walls and its circle.
+
+    Attributes:
+        positions, normals: (V, 3) of its voxels.
+        walls: (V,) those of upright surfaces.
+        low, high: metres, 5 and 98 percent of its heights.
+        outline: its convex outline, seen from above.
+    """
+
+    positions: np.ndarray
+    normals: np.ndarray
+    walls: np.ndarray
+    low: float
+    high: float
+    outline: shapely.Geometry
+
+    @property
+    def radius(self) -> float:
+        """Return the radius of the least circle around it, metres."""
+        return float(shapely.minimum_bounding_radius(self.outline))
+
+    @property
+    def has_walls(self) -> bool:
+        """Return whether enough of it is upright to tell which way it faces."""
+        return int(self.walls.sum()) >= _LEAST_WALL
+
+    def facing(self, axis: np.ndarray) -> tuple[float, float]:
+        """Return how much the walls face an axis at (2,), 1 toward it and -1 away, and their mean distance from it."""
+        toward = axis - self.positions[self.walls, :2]
+        away = np.linalg.norm(toward, axis=1)
+        face = (self.normals[self.walls, :2] * toward).sum(axis=1) / np.maximum(away, 1e-9)
+        return float(face.mean()), float(away.mean())
 
 
 def vessels_closed(part: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Give each part whose walls face inward to the part around it whose walls face outward.
-
-    Only the inside of something faces its own axis; a thing that stands there would face away from it.
+    """Join the parts that are one vessel.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.
@@ -25,41 +81,79 @@ def vessels_closed(part: np.ndarray, positions: np.ndarray, normals: np.ndarray)
         normals: (V, 3) unit, toward the camera.
     """
     part = part.copy()
-    parts = np.unique(part[part >= 0])
-    for inside in parts:
-        for outside in parts:
-            inner, outer = part == inside, part == outside
-            if inside != outside and inner.any() and outer.any() and _is_inside_of(inner, outer, positions, normals):
-                part[inner] = outside
-                break
+    names, sizes = np.unique(part[part >= 0], return_counts=True)
+    known = {k: _part(part == k, positions, normals) for k in names[sizes >= _LEAST]}
+    waiting = [(one, other) for one in known for other in known if one < other]
+    while waiting:
+        one, other = waiting.pop()
+        if one not in known or other not in known or not _one_vessel(known[one], known[other]):
+            continue
+        part[part == one] = other
+        del known[one]
+        known[other] = _part(part == other, positions, normals)  # it has grown: it is compared with all again
+        waiting += [(min(other, third), max(other, third)) for third in known if third != other]
     return part
 
 
-def _is_inside_of(inner: np.ndarray, outer: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> bool:
-    """Return whether the voxels `inner` (V,) are the inside of what `outer` (V,) is the outside of."""
-    if np.percentile(positions[outer, 2], 98) > np.percentile(positions[inner, 2], 98) + _RIMS:
-        return False
-    circles = [shapely.MultiPoint(positions[own, :2]) for own in (inner | outer, inner, outer)]
-    radius, *alone = map(shapely.minimum_bounding_radius, circles)
-    axis = shapely.minimum_bounding_circle(circles[0]).centroid
-    center = np.array((axis.x, axis.y))
-    if radius > _WIDER * max(alone):
-        return False
-    # What stands in the vessel is nearer to its axis than its wall, or does not reach down to the table.
-    if np.linalg.norm(positions[outer, :2] - center, axis=1).mean() < _AT_WALL * radius:
-        return False
-    if np.percentile(positions[outer, 2], 5) > _FOOT:
-        return False
-    return (
-        _facing(inner, positions, normals, center) > _FACING and _facing(outer, positions, normals, center) < -_FACING
-    )
+def _part(own: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> _Part:
+    mine = positions[own]
+    low, high = np.percentile(mine[:, 2], (5, 98))
+    outline = shapely.MultiPoint(mine[:, :2]).convex_hull
+    return _Part(mine, normals[own], np.abs(normals[own, 2]) < _WALL, float(low), float(high), outline)
 
 
-def _facing(own: np.ndarray, positions: np.ndarray, normals: np.ndarray, center: np.ndarray) -> float:
-    """Return how much the walls among the voxels face an axis at `center` (2,): 1 toward it, -1 away; 0 without walls."""
-    walls = own & (np.abs(normals[:, 2]) < _WALL)
-    if walls.sum() < _LEAST_WALL:
-        return 0.0
-    toward = center - positions[walls, :2]
-    toward /= np.maximum(np.linalg.norm(toward, axis=1, keepdims=True), 1e-9)
-    return float((normals[walls, :2] * toward).sum(axis=1).mean())
+def _one_vessel(one: _Part, other: _Part) -> bool:
+    """Return whether two parts belong to one vessel."""
+    if one.outline.distance(other.outline) > _NEAR:
+        return False
+    return _walls_of_one(one, other) or _is_bottom(one, other) or _is_bottom(other, one)
+
+
+def _walls_of_one(one: _Part, other: _Part) -> bool:
+    """Return whether the walls of two parts stand about one axis, and at least one part faces it."""
+    if not (one.has_walls and other.has_walls):
+        return False
+    axis = _axis(one, other)
+    (face, away), (its_face, its_away) = one.facing(axis), other.facing(axis)
+    inner, outer = (one, other) if face > its_face else (other, one)
+    if max(face, its_face) < _FACING or abs(min(face, its_face)) < _FACING:
+        return False
+    if min(away, its_away) < _AS_FAR * max(away, its_away) or not _ends_in_wall(inner):
+        return False
+    both = shapely.union(one.outline, other.outline)
+    if shapely.minimum_bounding_radius(both) > _WIDER * max(one.radius, other.radius):
+        return False
+    return min(face, its_face) > 0 or (outer.high < inner.high + _RIMS and outer.low < inner.low + _FOOT)
+
+
+def _is_bottom(bottom: _Part, vessel: _Part) -> bool:
+    """Return whether a part is the level bottom of a vessel: it lies between walls that face it."""
+    if not vessel.has_walls or bottom.high > vessel.high:
+        return False
+    if bottom.walls.mean() > _MOST_WALL or hollowness(bottom.positions, bottom.normals) > _LEVEL:
+        return False
+    axis = np.array(bottom.outline.centroid.coords[0])
+    toward = axis - vessel.positions[:, :2]
+    inner = vessel.walls & ((vessel.normals[:, :2] * toward).sum(axis=1) > _FACING * np.linalg.norm(toward, axis=1))
+    if inner.sum() < _LEAST_WALL or inner.sum() < 0.2 * vessel.walls.sum():
+        return False
+    within = shapely.contains_xy(vessel.outline.buffer(0.004), bottom.positions[:, 0], bottom.positions[:, 1]).mean()
+    return bool(within > _INNER_SHARE)
+
+
+def _axis(one: _Part, other: _Part) -> np.ndarray:
+    """Return the place (2,) that is nearest to the lines along the normals of the walls of both."""
+    places = np.vstack((one.positions[one.walls, :2], other.positions[other.walls, :2]))
+    level = np.vstack((one.normals[one.walls, :2], other.normals[other.walls, :2]))
+    level /= np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-9)
+    across = np.eye(2) - level[:, :, None] * level[:, None, :]
+    # Where all normals are parallel, it is beside the middle.
+    slight = 1e-2 * len(places)
+    total = across.sum(axis=0) + slight * np.eye(2)
+    return np.linalg.solve(total, (across @ places[:, :, None]).sum(axis=0)[:, 0] + slight * places.mean(axis=0))
+
+
+def _ends_in_wall(inner: _Part) -> bool:
+    """Return whether the upper half of a part is upright: an inside ends in a rim, a solid thing in a top."""
+    upper = inner.positions[:, 2] > (inner.low + inner.high) / 2
+    return bool(np.median(inner.normals[upper, 2]) < _WALL)
