@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.clustering import Voxels, clusters, gather, normals, strays
@@ -41,6 +42,7 @@ _CONTRAST = 3.0  # standard deviations of the table's colour: what differs by le
 _CUT = 0.04  # of an object's voxels lie at the picture's border: most of it may be outside
 _DISTINCT = 0.7  # of an object's upper points differ from the table: then its colour shows where it ends
 _SKIRT = 0.02  # m: up to there a camera's depth runs from an object over into the table
+_RING_CELL, _RING_LOW = 0.006, 0.02  # m, seen from above; and m above the table of a bottom
 WIDEST = 0.5  # m: more is a wall, a person, or the edge of something else
 _WIDEST_OF_SEVERAL = 1.0  # m: what is wider is not even several objects that touch
 _SUPPORTED = 0.7  # of an object's voxels lie over the table
@@ -105,7 +107,9 @@ def find_objects(
     of_voxel, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
     # Not the smoothed heights: about a plate's rim these are high where there is table.
     itself = voxels.mean(relief.heights[solid])
-    of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
+    if contrast is not None:  # the table about a plate would be joined to it, and to the spoon beside it
+        like_table = _median_of_part(of_voxel, contrast) < _CONTRAST
+        of_voxel[like_table & ~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     of_voxel = grouped(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), lab, eye, voxels.reach)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
@@ -118,6 +122,7 @@ def find_objects(
         labels[above] = np.append(of_voxel[known], -1)[nearest]
         if tint is not None:
             labels[_table_colored(labels, relief.heights, tint.contrast)] = -1
+        labels = _rings_filled(labels, level, relief.heights)
     wide = np.vstack((left_out, too_wide))
     # A wall behind the table was never expected on it.
     return Found(labels, int(of_voxel.max()) + 1, wide[shapely.contains_xy(relief.outline, wide[:, 0], wide[:, 1])])
@@ -140,6 +145,14 @@ def grouped(part: np.ndarray, places: np.ndarray, lab: np.ndarray | None, eye: n
     return rejoined(part, places, lab, eye)
 
 
+def _median_of_part(part: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the median (V,) of a value over the part of each voxel; NaN where there is none."""
+    medians = np.full(len(part), np.nan)
+    for index in np.unique(part[part >= 0]):
+        medians[part == index] = np.median(values[part == index])
+    return medians
+
+
 def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray) -> np.ndarray:
     """Return the low points (P,) of objects that look like the table while the rest of the object does not."""
     plain = np.zeros(len(labels), dtype=bool)
@@ -149,6 +162,23 @@ def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray
         if (contrast[rest] > _CONTRAST).mean() > _DISTINCT:
             plain |= own & (heights < _SKIRT) & (contrast < _CONTRAST)
     return plain
+
+
+def _rings_filled(labels: np.ndarray, level: np.ndarray, heights: np.ndarray) -> np.ndarray:
+    """Give the low points within an object's outline to it: the bottom of a bowl may be no higher than noise."""
+    labels = labels.copy()
+    for index in range(int(labels.max()) + 1):
+        own = level[labels == index, :2]
+        corner = own.min(axis=0) - 2 * _RING_CELL
+        cells = np.zeros(((own.max(axis=0) - corner) / _RING_CELL).astype(int) + 3, dtype=bool)
+        cells[tuple(((own - corner) / _RING_CELL).astype(int).T)] = True
+        holes = ndimage.binary_fill_holes(ndimage.binary_closing(cells)) & ~cells
+        free = np.flatnonzero((labels < 0) & (np.abs(heights) < _RING_LOW))
+        place = ((level[free, :2] - corner) / _RING_CELL).astype(int)
+        inside = ((place >= 0) & (place < cells.shape)).all(axis=1)
+        free, place = free[inside], place[inside]
+        labels[free[holes[place[:, 0], place[:, 1]]]] = index
+    return labels
 
 
 def _parts(voxels: Voxels, tall: np.ndarray, sigma: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.convexity import convex_pieces
+from agent.perception.faces import faces_joined
 from agent.perception.vessels import hollowness, vessels_closed
 
 HOLLOW = -0.3
@@ -54,6 +55,7 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
         if len(own) < 2 * LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
             continue
         pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach)
+        pieces = faces_joined(pieces, positions[own], reach)
         pieces = vessels_closed(pieces, positions[own], normals[own])
         pieces = _objects_among(pieces, positions[own], normals[own], eye, reach)
         for piece in range(1, pieces.max() + 1):

@@ -16,6 +16,7 @@ _LEAST_WALL = 10  # voxels
 _LEAST = 15  # voxels of a part that is looked at
 _NEAR = 0.03  # m between parts of one vessel, seen from above: a wall, and what a camera loses of it
 _FACING = 0.35  # mean cosine by which walls face the axis, or away from it
+_ABOUT = 0.7  # the same of two pieces of one inside, which have only each other to find the axis by
 _RIMS = 0.02  # m that the outside ends above the inside at most; depth edges take more of it than of the inside
 _AS_FAR = 0.6  # of the larger distance from the axis is the smaller one
 _WIDER = 1.15  # times the larger circle at most is the circle of both: what stands beside a vessel widens it more
@@ -120,10 +121,12 @@ def _walls_of_one(one: _Part, other: _Part) -> bool:
         return False
     if min(away, its_away) < _AS_FAR * max(away, its_away) or not _ends_in_wall(inner):
         return False
-    both = shapely.union(one.outline, other.outline)
-    if shapely.minimum_bounding_radius(both) > _WIDER * max(one.radius, other.radius):
+    if min(face, its_face) > 0:
+        return min(face, its_face) > _ABOUT and _ends_in_wall(outer)
+    if outer.high > inner.high + _RIMS or outer.low > inner.low + _FOOT:
         return False
-    return min(face, its_face) > 0 or (outer.high < inner.high + _RIMS and outer.low < inner.low + _FOOT)
+    both = shapely.union(one.outline, other.outline)
+    return bool(shapely.minimum_bounding_radius(both) < _WIDER * max(one.radius, other.radius))
 
 
 def _is_bottom(bottom: _Part, vessel: _Part) -> bool:
