@@ -19,16 +19,21 @@ _ROUNDS = 3
 _TOLERANCE = 0.22  # of lean: 12 degrees, what noise and the smoothing of normals do to a flat surface
 _MOST_VALLEY, _MOST_RIDGE = -0.7, 0.35  # lean of one patch against another counts no more than this
 _OBLIQUE, _STEPS_COUNT = 0.35, 1.5  # sine from which on one patch lies before another, and what the rest of it counts
+_COLOR_COUNTS = 0.2  # of lean: what another colour counts; less than the tolerance, so that no print divides a face
+_ALIKE = 15.0  # apart in CIELAB: one colour in light and shade
 _SHORT = 8.0  # pairs of voxels by which every border is taken to be longer and neither convex nor concave
 
 
-def convex_pieces(positions: np.ndarray, normals: np.ndarray, reach: float) -> np.ndarray:
+def convex_pieces(
+    positions: np.ndarray, normals: np.ndarray, reach: float, lab: np.ndarray | None = None
+) -> np.ndarray:
     """Return the piece (V,) of each voxel, counted from 0: parts of the surface without a valley in them.
 
     Args:
         positions: (V, 3) metres.
         normals: (V, 3) unit, toward the camera.
         reach: metres within which voxels are neighbours.
+        lab: (V, 3) colours in CIELAB: where the colour changes, a slighter valley is enough.
     """
     patch = _patches(positions, normals)
     count = int(patch.max()) + 1
@@ -44,6 +49,10 @@ def convex_pieces(positions: np.ndarray, normals: np.ndarray, reach: float) -> n
     joint /= np.maximum(np.linalg.norm(joint, axis=1, keepdims=True), 1e-9)
     step = np.maximum(np.abs((joint * across).sum(axis=1)) - _OBLIQUE, 0.0)
     convex = np.maximum(np.clip(lean, -1.0, _MOST_RIDGE) - _STEPS_COUNT * step, _MOST_VALLEY) + _TOLERANCE
+    if lab is not None:
+        shades = _means(patch, lab)
+        change = np.linalg.norm(shades[borders[:, 0]] - shades[borders[:, 1]], axis=1)
+        convex -= _COLOR_COUNTS * np.clip((change - _ALIKE) / _ALIKE, 0.0, 1.0)
     return _merged(count, borders, length, length * convex)[patch]
 
 

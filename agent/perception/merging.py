@@ -14,6 +14,7 @@ _RIM = 0.04  # m between the inside and the outside: a wall, and what the camera
 _RIM_HEIGHT = 0.02  # m between their upper ends
 _THING = 80  # voxels: what is smaller is a splinter of what it stands in
 _SOLID = 0.45  # hollowness of what stands in a bowl at least
+_OTHER_COLOR = 30.0  # apart in CIELAB: more than one colour in light and shade
 _UNDER = 0.015  # m below the surface about it, up to where the foot of what stands there is seen
 _FLAT = 0.03  # m: what is lower, and next to another such thing, is one with it
 _SPECK = 8  # voxels: fewer are noise
@@ -40,7 +41,7 @@ def joined(
     part = vessels_closed(part, positions, normals)
     part = _floaters_joined(part, positions, lab)
     outlines = {k: _outline(positions[part == k]) for k in np.unique(part[part >= 0])}
-    while pair := _intersecting(outlines, part, positions, normals):
+    while pair := _intersecting(outlines, part, positions, normals, lab):
         small, large = pair
         part[part == small] = large
         outlines[large] = _outline(positions[part == large])
@@ -48,11 +49,17 @@ def joined(
     return part
 
 
-def _own_object(small: int, large: int, part: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> bool:
+def _own_object(
+    small: int, large: int, part: np.ndarray, positions: np.ndarray, normals: np.ndarray, lab: np.ndarray | None
+) -> bool:
     """Return whether a part in the place of a larger one is an object that stands on it, or in it."""
     own, other = positions[part == small], positions[part == large]
     if len(own) < _THING:
         return False
+    if lab is not None:
+        apart = np.linalg.norm(np.median(lab[part == small], axis=0) - np.median(lab[part == large], axis=0))
+        if apart > _OTHER_COLOR:
+            return True
     if np.percentile(own[:, 2], 95) < np.percentile(other[:, 2], 95) + _RIM_HEIGHT:
         # In a bowl: the bowl's own inside looks hollow, and what is in it solid.
         return hollowness(own, normals[part == small]) > _SOLID
@@ -104,14 +111,18 @@ def _floaters_joined(part: np.ndarray, positions: np.ndarray, lab: np.ndarray | 
 
 
 def _intersecting(
-    outlines: dict[int, shapely.Polygon], part: np.ndarray, positions: np.ndarray, normals: np.ndarray
+    outlines: dict[int, shapely.Polygon],
+    part: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    lab: np.ndarray | None,
 ) -> tuple[int, int] | None:
     """Return two parts of which the smaller, seen from above, lies in the larger and is no object of its own."""
     order = sorted(outlines, key=lambda k: outlines[k].area)
     for place, small in enumerate(order):
         for large in order[place + 1 :]:
             shared = outlines[small].intersection(outlines[large]).area
-            if shared > _WITHIN * outlines[small].area and not _own_object(small, large, part, positions, normals):
+            if shared > _WITHIN * outlines[small].area and not _own_object(small, large, part, positions, normals, lab):
                 return small, large
     return None
 

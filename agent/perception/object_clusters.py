@@ -140,7 +140,7 @@ def grouped(part: np.ndarray, places: np.ndarray, lab: np.ndarray | None, eye: n
     """
     facing = normals(places, eye)
     part = flat_things_joined(part, places, reach)
-    part = split(part, places, facing, eye, reach)
+    part = split(part, places, facing, lab, eye, reach)
     part = joined(part, places, facing, lab)
     return rejoined(part, places, lab, eye)
 

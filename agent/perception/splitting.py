@@ -29,6 +29,7 @@ _CARRIES = 0.3  # of a piece's border lies on such a surface, and of the piece n
 _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a part of it
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
 _RIM_HEIGHT = 0.02  # m between the upper ends of the inside and the outside of a vessel
+_OTHER_COLOR = 30.0  # apart in CIELAB: more than one colour in light and shade
 _FOOTING = 0.5  # of its own width, as it is seen, is what it stands on at least
 _BEHIND = 0.03  # m
 _THIN_SHARE, _LOW_SHARE = 0.5, 0.3  # of the other's voxels has a piece too narrow or too low to stand beside it
@@ -39,13 +40,21 @@ _NECK = 0.6  # of the smaller thing's half width at most is the neck's
 _CONVEX = 0.9  # of each thing's hull it fills itself, seen from above; what has a neck fills less
 
 
-def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float) -> np.ndarray:
+def split(
+    part: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    lab: np.ndarray | None,
+    eye: np.ndarray,
+    reach: float,
+) -> np.ndarray:
     """Split the parts that are several objects, and number all parts again.
 
     Args:
         part: (V,) the part of each voxel, -1 for none.
         positions: (V, 3) above the table, level frame, metres.
         normals: (V, 3) unit, toward the camera.
+        lab: (V, 3) colours in CIELAB, or `None`.
         eye: (3,) where the camera is.
         reach: metres within which voxels are neighbours.
     """
@@ -54,10 +63,11 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
         own = np.flatnonzero(part == index)
         if len(own) < 2 * LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
             continue
-        pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach)
+        shades = None if lab is None else lab[own]
+        pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach, shades)
         pieces = faces_joined(pieces, positions[own], reach)
         pieces = vessels_closed(pieces, positions[own], normals[own])
-        pieces = _objects_among(pieces, positions[own], normals[own], eye, reach)
+        pieces = _objects_among(pieces, positions[own], normals[own], shades, eye, reach)
         for piece in range(1, pieces.max() + 1):
             part[own[pieces == piece]] = part.max() + 1
         for piece in range(pieces.max() + 1):
@@ -69,7 +79,12 @@ def split(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.
 
 
 def _objects_among(
-    pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye: np.ndarray, reach: float
+    pieces: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    lab: np.ndarray | None,
+    eye: np.ndarray,
+    reach: float,
 ) -> np.ndarray:
     """Merge the pieces (V,) that could not stand for themselves with the neighbours that they share most of their
     border with; return them numbered from 0.
@@ -88,7 +103,7 @@ def _objects_among(
             swapped = pieces[one[mine]] != piece
             inner = np.where(swapped, other[mine], one[mine])
             outer = np.where(swapped, one[mine], other[mine])
-            if not _stands_alone(pieces == piece, inner, outer, pieces, positions, normals, eye):
+            if not _stands_alone(pieces == piece, inner, outer, pieces, positions, normals, lab, eye):
                 border = np.bincount(pieces[outer])
                 pieces[pieces == piece] = max(
                     np.flatnonzero(border), key=lambda k: (not _is_thin(pieces == k, positions), border[k])
@@ -105,6 +120,7 @@ def _stands_alone(
     pieces: np.ndarray,
     positions: np.ndarray,
     normals: np.ndarray,
+    lab: np.ndarray | None,
     eye: np.ndarray,
 ) -> bool:
     """Return whether a piece could be an object.
@@ -113,7 +129,7 @@ def _stands_alone(
         own: (V,) its voxels.
         inner, outer: (B,) the voxels on both sides of its border, pair by pair.
         pieces: (V,) all pieces.
-        positions, normals, eye: as `split` takes them.
+        positions, normals, lab, eye: as `split` takes them.
     """
     count = int(own.sum())
     if count < LEAST:
@@ -126,6 +142,10 @@ def _stands_alone(
         return False
     if np.percentile(mine[:, 2], 5) < _REACHES_DOWN:
         return True
+    if lab is not None and _width(mine) > _NARROWEST:
+        others = np.unique(pieces[outer])
+        if all(np.linalg.norm(np.median(lab[own], 0) - np.median(lab[pieces == k], 0)) > _OTHER_COLOR for k in others):
+            return True
     if _is_carried(own, np.unique(inner), np.isin(pieces, pieces[outer]), positions, normals, eye):
         return True
     front = pieces[outer[np.linalg.norm(positions[outer, :2] - eye[:2], axis=1).argmin()]]
