@@ -19,7 +19,7 @@ _ROUNDS = 3
 _TOLERANCE = 0.22  # of lean: 12 degrees, what noise and the smoothing of normals do to a flat surface
 _MOST_VALLEY, _MOST_RIDGE = -0.7, 0.35  # lean of one patch against another counts no more than this
 _OBLIQUE, _STEPS_COUNT = 0.35, 1.5  # sine from which on one patch lies before another, and what the rest of it counts
-_COLOR_COUNTS = 0.2  # of lean: what another colour counts; less than the tolerance, so that no print divides a face
+_COLOR_COUNTS = 0.1  # of lean: what another colour counts; less than the tolerance, so that no print divides a face
 _ALIKE = 15.0  # apart in CIELAB: one colour in light and shade
 _SHORT = 8.0  # pairs of voxels by which every border is taken to be longer and neither convex nor concave
 

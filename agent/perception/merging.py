@@ -46,7 +46,7 @@ def joined(
         part[part == small] = large
         outlines[large] = _outline(positions[part == large])
         del outlines[small]
-    return part
+    return vessels_closed(part, positions, normals)  # their walls are whole now
 
 
 def _own_object(

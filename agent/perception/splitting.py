@@ -12,7 +12,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.convexity import convex_pieces
-from agent.perception.faces import faces_joined
+from agent.perception.seams import seams_closed
 from agent.perception.vessels import hollowness, vessels_closed
 
 HOLLOW = -0.3
@@ -65,9 +65,9 @@ def split(
             continue
         shades = None if lab is None else lab[own]
         pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach, shades)
-        pieces = faces_joined(pieces, positions[own], reach)
         pieces = vessels_closed(pieces, positions[own], normals[own])
         pieces = _objects_among(pieces, positions[own], normals[own], shades, eye, reach)
+        pieces = seams_closed(pieces, positions[own], normals[own], shades, reach)
         for piece in range(1, pieces.max() + 1):
             part[own[pieces == piece]] = part.max() + 1
         for piece in range(pieces.max() + 1):

@@ -14,13 +14,14 @@ import shapely
 _WALL = 0.7  # upward part of a normal from which on a surface is no wall
 _LEAST_WALL = 10  # voxels
 _LEAST = 15  # voxels of a part that is looked at
-_NEAR = 0.03  # m between parts of one vessel, seen from above: a wall, and what a camera loses of it
+_NEAR = 0.04  # m between parts of one vessel, seen from above: a wall, and what a camera loses of it
 _FACING = 0.35  # mean cosine by which walls face the axis, or away from it
 _ABOUT = 0.7  # the same of two pieces of one inside, which have only each other to find the axis by
 _RIMS = 0.02  # m that the outside ends above the inside at most; depth edges take more of it than of the inside
 _AS_FAR = 0.6  # of the larger distance from the axis is the smaller one
-_WIDER = 1.15  # times the larger circle at most is the circle of both: what stands beside a vessel widens it more
-_FOOT = 0.02  # m above the lower end of the inside, up to where the outside reaches down
+_WIDER = 1.2  # times the larger circle at most is the circle of both: what stands beside a vessel widens it more
+_FOOT = 0.03  # m above the lower end of the inside, up to where the outside reaches down
+_RIM = 0.005  # m above the walls: the rim itself is level too
 _MOST_WALL, _LEVEL = 0.4, 0.2  # of a bottom's voxels are wall, and its hollowness: what stands there faces outward
 _INNER_SHARE = 0.8  # of a bottom lies between the walls, seen from above
 
@@ -121,17 +122,16 @@ def _walls_of_one(one: _Part, other: _Part) -> bool:
         return False
     if min(away, its_away) < _AS_FAR * max(away, its_away) or not _ends_in_wall(inner):
         return False
+    both = shapely.minimum_bounding_radius(shapely.union(one.outline, other.outline))
+    narrow = both < _WIDER * max(one.radius, other.radius)
     if min(face, its_face) > 0:
-        return min(face, its_face) > _ABOUT and _ends_in_wall(outer)
-    if outer.high > inner.high + _RIMS or outer.low > inner.low + _FOOT:
-        return False
-    both = shapely.union(one.outline, other.outline)
-    return bool(shapely.minimum_bounding_radius(both) < _WIDER * max(one.radius, other.radius))
+        return narrow or min(face, its_face) > _ABOUT
+    return narrow and outer.high < inner.high + _RIMS and outer.low < inner.low + _FOOT
 
 
 def _is_bottom(bottom: _Part, vessel: _Part) -> bool:
     """Return whether a part is the level bottom of a vessel: it lies between walls that face it."""
-    if not vessel.has_walls or bottom.high > vessel.high:
+    if not vessel.has_walls or bottom.high > vessel.high + _RIM:
         return False
     if bottom.walls.mean() > _MOST_WALL or hollowness(bottom.positions, bottom.normals) > _LEVEL:
         return False
