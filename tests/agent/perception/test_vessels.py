@@ -32,3 +32,43 @@ def test_a_can_that_stands_in_a_bowl_is_itself():
 def test_two_cans_side_by_side_are_two():
     one, (positions, normals) = wall(0.035, 0.0, 0.1, -1, True), wall(0.035, 0.0, 0.1, -1, True)
     assert len(set(joined(one, (positions + (0.0, 0.075, 0.0), normals)))) == 2
+
+
+def level_disc(radius, height):
+    """A disc that faces up: positions and normals."""
+    x, y = (each.ravel() for each in np.meshgrid(*[np.arange(-radius, radius, 0.004)] * 2))
+    inside = np.hypot(x, y) < radius
+    positions = np.column_stack((x[inside], y[inside], np.full(inside.sum(), height)))
+    return positions, np.tile((0.0, 0.0, 1.0), (len(positions), 1))
+
+
+def test_the_bottom_of_a_cup_is_one_with_its_walls():
+    outside, inside = wall(0.04, 0.0, 0.06, -1, True), wall(0.037, 0.02, 0.08, 1, False)
+    assert len(set(joined(outside, inside, level_disc(0.03, 0.01)))) == 1
+
+
+def test_two_pieces_of_one_inside_are_one():
+    positions, normals = wall(0.06, 0.0, 0.07, 1, False)
+    left = positions[:, 1] > 0
+    assert len(set(joined((positions[left], normals[left]), (positions[~left], normals[~left])))) == 1
+
+
+def test_a_ball_in_a_bowl_is_itself():
+    inside = wall(0.1, 0.02, 0.09, 1, False)
+    angles = np.meshgrid(np.linspace(0.0, 2 * np.pi, 40), np.linspace(0.0, 1.2, 12))
+    turn, tilt = (each.ravel() for each in angles)
+    normals = np.column_stack((np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)))
+    assert len(set(joined(inside, (0.03 * normals + (0.0, 0.0, 0.05), normals)))) == 2
+
+
+def test_the_front_of_a_box_behind_another_is_no_inside():
+    across, height = (each.ravel() for each in np.meshgrid(np.arange(-0.04, 0.04, 0.004), np.arange(0.0, 0.08, 0.004)))
+    front = np.column_stack((np.zeros_like(across), across, height))
+    normals = np.tile((-1.0, 0.0, 0.0), (len(front), 1))
+    tops = [level_disc(0.03, 0.08)[0] + (x + 0.03, 0.0, 0.0) for x in (0.0, 0.075)]
+    ups = np.tile((0.0, 0.0, 1.0), (len(tops[0]), 1))
+    near, far = (
+        (np.vstack((front + (x, 0.0, 0.0), top)), np.vstack((normals, ups)))
+        for x, top in zip((0.0, 0.075), tops, strict=True)
+    )
+    assert len(set(joined(near, far))) == 2
