@@ -8,6 +8,7 @@ _WINDOW = 61  # pixels across the table's colour about a pixel: lamps and grain 
 _LEAST = 1.5  # standard deviation in CIELAB of a table in one colour: what a camera's own noise is
 _TYPICAL = 0.8  # of the points taken for the table's are the table's for sure; the others are plates, stains, feet
 _MAIN = 4.0  # of the standard deviations of those: what is farther away is another colour
+_SHADES = 30.0  # apart in CIELAB at most: one colour in light and shade
 _RGB_TO_XYZ = np.array(
     [[0.4124564, 0.2126729, 0.0193339], [0.3575761, 0.7151522, 0.1191920], [0.1804375, 0.0721750, 0.9503041]],
     dtype=np.float32,
@@ -24,6 +25,18 @@ def lab(colors: np.ndarray) -> np.ndarray:
     return np.stack(
         (116 * root[:, 1] - 16, 500 * (root[:, 0] - root[:, 1]), 200 * (root[:, 1] - root[:, 2])), axis=1
     )
+
+
+def differ(lab: np.ndarray | None, one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether two sets of points have different colours, by their medians; never where no colour is known.
+
+    Args:
+        lab: (P, 3) in CIELAB, or `None`.
+        one, other: (P,) bool, or indices.
+    """
+    if lab is None:
+        return False
+    return bool(np.linalg.norm(np.median(lab[one], axis=0) - np.median(lab[other], axis=0)) > _SHADES)
 
 
 def contrast(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

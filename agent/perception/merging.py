@@ -6,15 +6,14 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from agent.perception.color import differ
 from agent.perception.vessels import hollowness, vessels_closed
 
 _WITHIN = 0.5  # of the smaller part's outline, seen from above, lies in the other's: apart, they would intersect
-
 _RIM = 0.04  # m between the inside and the outside: a wall, and what the camera loses of it
 _RIM_HEIGHT = 0.02  # m between their upper ends
 _THING = 80  # voxels: what is smaller is a splinter of what it stands in
 _SOLID = 0.45  # hollowness of what stands in a bowl at least
-_OTHER_COLOR = 30.0  # apart in CIELAB: more than one colour in light and shade
 _UNDER = 0.015  # m below the surface about it, up to where the foot of what stands there is seen
 _FLAT = 0.03  # m: what is lower, and next to another such thing, is one with it
 _SPECK = 8  # voxels: fewer are noise
@@ -24,12 +23,7 @@ _BESIDE = 0.03  # m from it
 _ALIKE = 18.0  # apart in CIELAB: one colour in light and shade
 
 
-def joined(
-    part: np.ndarray,
-    positions: np.ndarray,
-    normals: np.ndarray,
-    lab: np.ndarray | None,
-) -> np.ndarray:
+def joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, lab: np.ndarray | None) -> np.ndarray:
     """Join parts that occupy the same place, or are the inside and the outside of one object.
 
     Args:
@@ -56,10 +50,8 @@ def _own_object(
     own, other = positions[part == small], positions[part == large]
     if len(own) < _THING:
         return False
-    if lab is not None:
-        apart = np.linalg.norm(np.median(lab[part == small], axis=0) - np.median(lab[part == large], axis=0))
-        if apart > _OTHER_COLOR:
-            return True
+    if differ(lab, part == small, part == large):
+        return True
     if np.percentile(own[:, 2], 95) < np.percentile(other[:, 2], 95) + _RIM_HEIGHT:
         # In a bowl: the bowl's own inside looks hollow, and what is in it solid.
         return hollowness(own, normals[part == small]) > _SOLID

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from agent.perception.color import differ
+
 _NEAREST, _FARTHEST = 0.012, 0.025  # m between the two voxels, one on each side, that are compared across a seam
 _LEAST = 40  # such pairs
 _VALLEY, _VALLEY_IN_COLOR = -0.46, -0.32  # lean of the surfaces at a quarter of a seam; less where colours differ
-_ALIKE = 28.0  # apart in CIELAB: one colour in light and shade
 _STEP = 0.3  # sine from which on, in the median, one surface lies before the other
 
 
@@ -29,9 +30,7 @@ def seams_closed(
     root = np.arange(int(pieces.max()) + 1)
     for one, other in seams:
         first, second = np.flatnonzero(pieces == one), np.flatnonzero(pieces == other)
-        valley = _VALLEY
-        if lab is not None and np.linalg.norm(np.median(lab[first], axis=0) - np.median(lab[second], axis=0)) > _ALIKE:
-            valley = _VALLEY_IN_COLOR
+        valley = _VALLEY_IN_COLOR if differ(lab, first, second) else _VALLEY
         if _continues(first, second, positions, normals, valley):
             root[root == root[one]] = root[other]
     return np.unique(root[pieces], return_inverse=True)[1]

@@ -11,11 +11,12 @@ import shapely
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from agent.perception.color import differ
 from agent.perception.convexity import convex_pieces
 from agent.perception.seams import seams_closed
 from agent.perception.vessels import hollowness, vessels_closed
 
-HOLLOW = -0.3
+_HOLLOW = -0.3  # the normals of a solid seen from outside diverge (1 for a ball), those of an inside meet (-1)
 LEAST = 80  # voxels of each object
 _SHARE = 0.2  # of the other's voxels that the smaller has, at a neck
 _LEAST_HEIGHT = 0.03  # m: lower things have no valleys that a camera sees
@@ -29,7 +30,6 @@ _CARRIES = 0.3  # of a piece's border lies on such a surface, and of the piece n
 _NARROWEST = 0.03  # m: what is less wide than that and stands on another is a part of it
 _HIDDEN_SHARE = 0.25  # of the other's voxels has a piece of which another hides the foot
 _RIM_HEIGHT = 0.02  # m between the upper ends of the inside and the outside of a vessel
-_OTHER_COLOR = 30.0  # apart in CIELAB: more than one colour in light and shade
 _FOOTING = 0.5  # of its own width, as it is seen, is what it stands on at least
 _BEHIND = 0.03  # m
 _THIN_SHARE, _LOW_SHARE = 0.5, 0.3  # of the other's voxels has a piece too narrow or too low to stand beside it
@@ -142,10 +142,8 @@ def _stands_alone(
         return False
     if np.percentile(mine[:, 2], 5) < _REACHES_DOWN:
         return True
-    if lab is not None and _width(mine) > _NARROWEST:
-        others = np.unique(pieces[outer])
-        if all(np.linalg.norm(np.median(lab[own], 0) - np.median(lab[pieces == k], 0)) > _OTHER_COLOR for k in others):
-            return True
+    if _width(mine) > _NARROWEST and all(differ(lab, own, pieces == k) for k in np.unique(pieces[outer])):
+        return True
     if _is_carried(own, np.unique(inner), np.isin(pieces, pieces[outer]), positions, normals, eye):
         return True
     front = pieces[outer[np.linalg.norm(positions[outer, :2] - eye[:2], axis=1).argmin()]]
@@ -258,7 +256,7 @@ def _two_things(one: np.ndarray, positions: np.ndarray, normals: np.ndarray, eye
             return False
         if np.percentile(thing[:, 2], 90) < _LEAST_HEIGHT:
             return False
-    if min(hollowness(positions[which], normals[which]) for which in (one, ~one)) < HOLLOW:
+    if min(hollowness(positions[which], normals[which]) for which in (one, ~one)) < _HOLLOW:
         return False
     hulls = [shapely.LineString(thing[:, :2]).convex_hull for thing in (first, second)]
     return bool(hulls[0].intersection(hulls[1]).area < _APART * min(hull.area for hull in hulls))
