@@ -87,6 +87,9 @@ class TableServer(MCPServer):
             sentence = one_sentence(error)
             if isinstance(error.__cause__, ValidationError):
                 sentence = _argument_sentence(name, error.__cause__)
+            elif isinstance(error.__cause__, ToolError):  # of the question: no tool raises one itself
+                answer = "the client's answer was neither a yes nor a no"
+                sentence = f"nothing was moved: {answer}; call {name} to ask again"
             return f"refused: {sentence}", ToolError(sentence)
 
     async def _check_names(self, name: str, arguments: dict[str, Any]) -> None:

@@ -40,8 +40,8 @@ def test_anything_but_a_yes_moves_nothing(served, mode):
         first, second = (offer["plan_id"] for offer in offers[:2])
         for plan_id, person, words in (
             (first, Person("cancel"), "the question was closed without an answer"),
-            (first, Person(content={"approve": "please"}), "does not match the requested schema"),
-            (first, Person(content={}), "does not match the requested schema"),
+            (first, Person(content={"approve": "please"}), "the client's answer was neither a yes nor a no"),
+            (first, Person(content={}), "the client's answer was neither a yes nor a no"),
             (first, Person(content={"approve": False}), "the person declined build"),
             (second, Person("decline"), "the person declined build"),
         ):

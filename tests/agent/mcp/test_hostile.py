@@ -112,10 +112,12 @@ def test_a_thousand_hostile_calls(served, monkeypatch):
     async def conversation(client):
         async with served.client(liar) as other:
             for batch in range(CALLS // AT_ONCE):
-                if batch % 5 == 0:  # there are plans that could be built
+                if batch % 5 == 0:  # there are plans that could be built, and all ask for it at once
                     offers = (await data(client, "propose", text="put the cups in a line"))["plans"]
                     ids = [offer["plan_id"] for offer in offers]
-                calls = [drawn(generator, ids) for _ in range(AT_ONCE)]
+                    calls = [("build", {"plan_id": generator.choice(ids)}) for _ in range(AT_ONCE)]
+                else:
+                    calls = [drawn(generator, ids) for _ in range(AT_ONCE)]
                 await asyncio.gather(
                     *(attack(generator.choice((client, other)), tool, arguments) for tool, arguments in calls)
                 )
@@ -126,7 +128,7 @@ def test_a_thousand_hostile_calls(served, monkeypatch):
     served.speak(conversation)
     assert sum(outcomes.values()) == CALLS and min(outcomes[kind] for kind in ("refused", "answered")) > 50, outcomes
     assert served.stands_at(poses) and arm.configuration().tolist() == joints and not steps
-    assert liar.asked  # it came so far that somebody was asked
+    assert len(liar.asked) > 50  # so often it came so far that somebody was asked
     lines = served.audit
     assert not [line for line in lines if line["outcome"] == "started" or line["decision"] == "approved"]
     assert not [line["outcome"] for line in lines if line["outcome"].startswith("defect")]
