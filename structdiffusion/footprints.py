@@ -18,6 +18,12 @@ def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
     return outline @ np.array([[c, s], [-s, c]])
 
 
+def turned_by_each(outline: np.ndarray, yaws: np.ndarray) -> np.ndarray:
+    """Rotate an outline (K, 2) about its origin by each of T angles: (T, K, 2), the same as `turned` to the bit."""
+    both = [(math.cos(yaw), math.sin(yaw)) for yaw in yaws.tolist()]  # numpy rounds some of them otherwise
+    return outline @ np.array([[[c, s], [-s, c]] for c, s in both]).reshape(-1, 2, 2)
+
+
 def _following(corners: np.ndarray) -> np.ndarray:
     """Return for each corner (K, 2) the next one; the same as `np.roll`, which takes five times as long."""
     return np.concatenate((corners[1:], corners[:1]))
@@ -25,12 +31,19 @@ def _following(corners: np.ndarray) -> np.ndarray:
 
 def outline_centroid(outline: np.ndarray) -> np.ndarray:
     """Return the area centroid (2,) of a convex outline (K, 2); the mean of its corners if it has no area."""
-    about = outline - outline[0]  # far from the origin, areas about it would cancel out
-    following = _following(about)
-    cross = about[:, 0] * following[:, 1] - following[:, 0] * about[:, 1]
-    if not cross.sum():
-        return outline.mean(axis=0)
-    return outline[0] + ((about + following) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
+    return outline_centroids(outline[None])[0]
+
+
+def outline_centroids(outlines: np.ndarray) -> np.ndarray:
+    """Return the area centroid (T, 2) of each of T convex outlines (T, K, 2), as `outline_centroid` does."""
+    about = outlines - outlines[:, :1]  # far from the origin, areas about it would cancel out
+    following = np.concatenate((about[:, 1:], about[:, :1]), axis=1)
+    cross = about[..., 0] * following[..., 1] - following[..., 0] * about[..., 1]
+    area = cross.sum(axis=1)
+    flat = area == 0.0
+    moment = ((about + following) * cross[..., None]).sum(axis=1)
+    centroids = outlines[:, 0] + moment / (3.0 * np.where(flat, 1.0, area))[:, None]
+    return np.where(flat[:, None], outlines.mean(axis=1), centroids) if flat.any() else centroids
 
 
 def clear_gap(a: np.ndarray, b: np.ndarray) -> float:

@@ -45,6 +45,12 @@ def yaw_of(a_from_b: np.ndarray) -> float:
     return math.atan2(a_from_b[1, 0], a_from_b[0, 0])
 
 
+def yaws_of(a_from_b: np.ndarray) -> np.ndarray:
+    """Return `yaw_of` each of the transforms (..., 4, 4), to the bit: (...)."""
+    ends = zip(a_from_b[..., 1, 0].ravel().tolist(), a_from_b[..., 0, 0].ravel().tolist())
+    return np.array([math.atan2(y, x) for y, x in ends]).reshape(a_from_b.shape[:-2])
+
+
 def wrap_angle(angle: float | np.ndarray) -> float | np.ndarray:
     """Return the same angle in [-pi, pi)."""
     return (angle + math.pi) % (2 * math.pi) - math.pi

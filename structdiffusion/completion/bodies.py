@@ -109,6 +109,9 @@ def separated(shapes: Sequence[CompletedShape]) -> list[CompletedShape]:
 
 def _overlap(some: Sequence[np.ndarray], others: Sequence[np.ndarray]) -> bool:
     """Return whether two bodies overlap both in plan and in height."""
+    (low, high), (other_low, other_high) = (_box(parts) for parts in (some, others))
+    if (low > other_high).any() or (other_low > high).any():
+        return False
     outlines = [[shapely.MultiPoint(part[:, :2]).convex_hull for part in parts] for parts in (some, others)]
     if not shapely.union_all(outlines[0]).intersects(shapely.union_all(outlines[1])):
         return False
@@ -120,6 +123,12 @@ def _overlap(some: Sequence[np.ndarray], others: Sequence[np.ndarray]) -> bool:
             if shared > _TOUCHING and outline.intersection(outlines[1][near]).area > _TOUCHING**2:
                 return True
     return False
+
+
+def _box(parts: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest coordinates (3,) of a body's parts."""
+    points = np.concatenate(parts)
+    return points.min(axis=0), points.max(axis=0)
 
 
 def _between(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, float] | None:

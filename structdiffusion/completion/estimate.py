@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from structdiffusion.footprints import outline_centroid, overlap_depth, turned
+from structdiffusion.footprints import outline_centroid, outline_centroids, overlap_depth, turned, turned_by_each
+from structdiffusion.geometry import yaws_of
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 
@@ -157,14 +158,31 @@ def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> l
         objects: N estimates.
         motions: (N, 4, 4) upright motions, world frame.
     """
-    bodies = []
-    for thing, motion in zip(objects, motions):
-        outline = thing.outline_after(motion)
-        yaw = thing.front_yaw + math.atan2(motion[1, 0], motion[0, 0])
-        lift = float(motion[2, 3])
-        bodies.append(
-            PlacedBody(thing.name, thing.category, outline, outline_centroid(outline), lift, lift + thing.height, yaw)
-        )
+    return imagined_structures(objects, motions[None])[0]
+
+
+def imagined_structures(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> list[list[PlacedBody]]:
+    """Return K proposed structures as estimated bodies, each as `imagined_bodies` does.
+
+    Args:
+        objects: N estimates.
+        motions: (K, N, 4, 4) upright motions, world frame.
+    """
+    turns = yaws_of(motions)
+    bodies_of: list[list[PlacedBody]] = [[] for _ in motions]
+    for i, thing in enumerate(objects):
+        outlines = turned_by_each(thing.outline, turns[:, i]) + motions[:, i, None, :2, 3]
+        centroids = outline_centroids(outlines)
+        for k, bodies in enumerate(bodies_of):
+            lift, yaw = float(motions[k, i, 2, 3]), thing.front_yaw + float(turns[k, i])
+            bodies.append(
+                PlacedBody(thing.name, thing.category, outlines[k], centroids[k], lift, lift + thing.height, yaw)
+            )
+    return [_resting(bodies) for bodies in bodies_of]
+
+
+def _resting(bodies: list[PlacedBody]) -> list[PlacedBody]:
+    """Return bodies that know which others carry them: the highest below, and those beside it about as high."""
     order = sorted(range(len(bodies)), key=lambda i: bodies[i].z_bottom)
     for rank, upper in enumerate(order):
         if bodies[upper].z_bottom < _ON_TABLE:
@@ -172,7 +190,7 @@ def imagined_bodies(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> l
         below = [
             lower for lower in order[:rank] if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
         ]
-        if below:  # it rests on the highest of them, and on those beside it that are about as high
+        if below:
             carrier = max(below, key=lambda lower: bodies[lower].z_top)
             beside = (
                 lower

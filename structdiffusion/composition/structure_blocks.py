@@ -266,7 +266,7 @@ class StructureBlocks:
             bodies.append((item.model, pose))
         spec = replace(part.spec, x_position=None, y_position=None)
         ranked = rerank_by_physics(
-            PhysicsRollout(own, bodies), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS
+            PhysicsRollout(own, bodies), arrangements, spec, _TRIED_STACKS, enough=_ENOUGH_STACKS, sure=math.inf
         )
         best = max(arrangement.scores["rollout"] for arrangement in ranked)
         return [arrangement for arrangement in ranked if arrangement.scores["rollout"] == best]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
-from structdiffusion.completion.estimate import ObjectEstimate, estimate
+from structdiffusion.completion.estimate import ObjectEstimate, estimate, imagined_structures
 from structdiffusion.evaluation_protocol import CLEARANCE
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -16,7 +16,7 @@ from structdiffusion.layouts import lay_out
 from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
-from structdiffusion.postprocessing.ranking import checks_score
+from structdiffusion.postprocessing.ranking import checks_scores
 from structdiffusion.postprocessing.settling import settle
 from structdiffusion.structures.structure import LayoutError
 
@@ -42,7 +42,7 @@ class GeometricPlanner:
         rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
         objects = [estimate(cloud) for cloud in scene.objects]
         others = [estimate(cloud) for cloud in scene.distractors]
-        arrangements, reason = [], None
+        laid_out, frames, reason = [], [], None
         for _ in range(count):
             order = rng.permutation(len(objects))
             try:
@@ -57,11 +57,12 @@ class GeometricPlanner:
                 turn[:2, 3] = layout.positions[place, :2] - turn[:2, :2] @ item_at
                 turn[2, 3] = layout.positions[place, 2]
                 motions[i] = turn
-            motions = settle(objects, motions)
-            scores = self._scores(objects, others, motions, goal, scene.table)
-            arrangements.append(Arrangement(motions, scores, layout.world_from_structure))
-        if not arrangements:
+            laid_out.append(settle(objects, motions))
+            frames.append(layout.world_from_structure)
+        if not laid_out:
             raise reason
+        scores = self._scores(objects, others, np.array(laid_out), goal, scene.table)
+        arrangements = [Arrangement(*row) for row in zip(laid_out, scores, frames, strict=True)]
         arrangements.sort(key=lambda arrangement: -arrangement.scores["total"])
         if self.rollouts:
             return rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.rollouts)
@@ -74,8 +75,11 @@ class GeometricPlanner:
         motions: np.ndarray,
         goal: StructureGoal,
         table: Table,
-    ) -> dict[str, float]:
-        outlines = [thing.outline_after(motion) for thing, motion in zip(objects, motions)]
-        hits = sum(clear_gap(outline, other.outline) < CLEARANCE for outline in outlines for other in others)
-        scores = {"checks": checks_score(objects, motions, goal.spec, table), "free of distractors": 1.0 / (1.0 + hits)}
-        return {**scores, "total": math.prod(scores.values())}
+    ) -> list[dict[str, float]]:
+        """Score K layouts (K, N, 4, 4)."""
+        structures = imagined_structures(objects, motions)
+        rows = []
+        for bodies, checks in zip(structures, checks_scores(objects, motions, goal.spec, table, structures)):
+            hits = sum(clear_gap(body.footprint, other.outline) < CLEARANCE for body in bodies for other in others)
+            rows.append({"checks": checks, "free of distractors": 1.0 / (1.0 + hits)})
+        return [{**row, "total": math.prod(row.values())} for row in rows]

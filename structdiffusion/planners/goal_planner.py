@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import torch
@@ -304,7 +304,7 @@ def _without_physics(planner: StructurePlanner) -> StructurePlanner:
     if isinstance(bare, GeometricPlanner):
         bare.rollouts = 0
     elif hasattr(bare, "post_process"):
-        bare.post_process = replace(bare.post_process, rollouts=0)
+        bare.post_process = bare.post_process.without_physics()
     if isinstance(bare, DiffusionPlanner):
         bare.sentence, bare.candidates = False, None
     return bare

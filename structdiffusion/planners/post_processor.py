@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
 import torch
 
 from grounding.spec import StructureSpec
-from structdiffusion.completion.estimate import ObjectEstimate, estimate
-from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
+from structdiffusion.completion.estimate import estimate, imagined_structures
+from structdiffusion.geometry import yaw_of
+from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, sample_clouds
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
@@ -19,6 +18,7 @@ from structdiffusion.postprocessing.ranking import Ranker
 from structdiffusion.postprocessing.refinement import align_cutlery, fit_to_size, separate
 from structdiffusion.postprocessing.settling import settle
 from structdiffusion.postprocessing.table_regions import shift_into_place
+from structdiffusion.structures.bodies import PlacedBody
 
 
 @dataclass(frozen=True)
@@ -42,40 +42,50 @@ class PostProcessor:
         self, seen: EncodedScene, scene: Scene, goal: StructureGoal, sampled: PoseSamples, generator: torch.Generator
     ) -> list[Arrangement]:
         """Return the arrangements, best first. Without a ranker every total is 1."""
-        motions, frames = sampled.motions.copy(), sampled.frames.copy()
-        others = [estimate(cloud) for cloud in scene.distractors]
-        if self.placed:
-            for row, frame in zip(motions, frames):
-                self._place(seen.objects, others, row, frame, goal.spec, scene.table)
-        arrangements = [Arrangement(row, {"total": 1.0}, frame) for row, frame in zip(motions, frames)]
-        if self.ranker is not None:
-            other_clouds = sample_clouds(scene.distractors, generator)
-            scores = self.ranker.scores(
-                seen.objects, others, seen.clouds, other_clouds, seen.nouns, motions, goal.spec, scene.table,
-                sampled.orders,
-            )  # fmt: skip
-            ranked = [replace(arrangement, scores=row) for arrangement, row in zip(arrangements, scores)]
-            arrangements = sorted(ranked, key=lambda arrangement: -arrangement.scores["total"])
+        placed = self.place(seen, scene, goal.spec, sampled) if self.placed else sampled
+        arrangements = self.rank(seen, scene, goal.spec, placed, generator)
         if self.rollouts:
             arrangements = rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.rollouts)
         return arrangements
 
-    def _place(
-        self,
-        objects: Sequence[ObjectEstimate],
-        others: Sequence[ObjectEstimate],
-        motions: np.ndarray,
-        frame: np.ndarray,
-        spec: StructureSpec,
-        table: Table,
-    ) -> None:
-        """Set one arrangement (N, 4, 4) down, refine it, and move it with its frame (4, 4), in place."""
-        motions[:] = settle(objects, motions)
+    def without_physics(self) -> PostProcessor:
+        """Return the same chain without physics rollouts."""
+        return replace(self, rollouts=0)
+
+    def place(self, seen: EncodedScene, scene: Scene, spec: StructureSpec, sampled: PoseSamples) -> PoseSamples:
+        """Set the samples down, refine them, and move each with its frame to its place on the table."""
+        objects, others = seen.objects, [estimate(cloud) for cloud in scene.distractors]
+        motions, frames = sampled.motions.copy(), sampled.frames.copy()
+
+        def everyone() -> Iterator[tuple[int, list[PlacedBody]]]:
+            return enumerate(imagined_structures(objects, motions))
+
+        for k in range(len(motions)):
+            motions[k] = settle(objects, motions[k])
         if self.refined:
-            motions[:] = fit_to_size(objects, motions, spec)
-            motions[:] = align_cutlery(objects, motions, spec, math.atan2(frame[1, 0], frame[0, 0]))
-        shift = shift_into_place(objects, motions, spec, table)
-        motions[:, :2, 3] += shift
-        frame[:2, 3] += shift
+            for k, bodies in everyone():
+                motions[k] = fit_to_size(objects, motions[k], spec, bodies)
+            for k, bodies in everyone():
+                motions[k] = align_cutlery(objects, motions[k], spec, yaw_of(frames[k]), bodies)
+        for k, bodies in everyone():
+            shift = shift_into_place(objects, motions[k], spec, scene.table, bodies)
+            motions[k, :, :2, 3] += shift
+            frames[k, :2, 3] += shift
         if self.refined:
-            motions[:] = separate(objects, others, motions)
+            for k, bodies in everyone():
+                motions[k] = separate(objects, others, motions[k], bodies)
+        return PoseSamples(motions, frames, sampled.orders)
+
+    def rank(
+        self, seen: EncodedScene, scene: Scene, spec: StructureSpec, placed: PoseSamples, generator: torch.Generator
+    ) -> list[Arrangement]:
+        """Return the samples as arrangements, best first; without a ranker in their order, and every total is 1."""
+        if self.ranker is None:
+            return [Arrangement(row, {"total": 1.0}, frame) for row, frame in zip(placed.motions, placed.frames)]
+        others = [estimate(cloud) for cloud in scene.distractors]
+        scores = self.ranker.scores(
+            seen.objects, others, seen.clouds, sample_clouds(scene.distractors, generator), seen.nouns, placed.motions,
+            spec, scene.table, placed.orders,
+        )  # fmt: skip
+        rows = zip(placed.motions, scores, placed.frames, strict=True)
+        return sorted((Arrangement(*row) for row in rows), key=lambda arrangement: -arrangement.scores["total"])

@@ -15,6 +15,9 @@ from structdiffusion.postprocessing.physics_rollout import HYPOTHESES, STACKED, 
 from structdiffusion.protocol.physical_stability import Verdict
 
 ENOUGH = 3  # arrangements that stand under every hypothesis, after which no more are tried
+# Mean room of an arrangement that stands under every hypothesis, after which no other is tried: what others could add is
+# less than what the completed bodies are uncertain of.
+SURE = 0.75
 # Scores: of an arrangement that was not tried, which is uncertain, and the lowest, for one that fell.
 _UNTRIED, _FELL = 0.5, 0.1
 MOST = 150  # largest number of trials over all hypotheses
@@ -33,6 +36,7 @@ def rerank_by_physics(
     spec: StructureSpec,
     best: int,
     enough: int = ENOUGH,
+    sure: float = SURE,
 ) -> list[Arrangement]:
     """Return the arrangements, best first, after physics rollouts of the best-ranked ones (score "rollout").
 
@@ -49,6 +53,7 @@ def rerank_by_physics(
         spec: the requested structure.
         best: the largest number of arrangements to try.
         enough: arrangements that stand under every hypothesis, after which no more are tried.
+        sure: the mean room with which one of them alone is enough.
     """
     motions = [arrangement.goal_from_initial for arrangement in arrangements]
     totals = [arrangement.scores["total"] for arrangement in arrangements]
@@ -58,8 +63,10 @@ def rerank_by_physics(
     waiting = list(range(len(arrangements)))
     presumed = {order: _UNTRIED for order in orders}
     while waiting and len(outcomes) < best:
-        known = outcomes.values()
-        if sum(one.share == 1.0 for one in known) >= enough or sum(one.verdicts for one in known) >= MOST:
+        stand = [one for one in outcomes.values() if one.share == 1.0]
+        if len(stand) >= enough or any(one.room >= sure for one in stand):
+            break
+        if sum(one.verdicts for one in outcomes.values()) >= MOST:
             break
         number = max(waiting, key=lambda i: totals[i] * _SAME ** fallen[orders[i]])
         waiting.remove(number)

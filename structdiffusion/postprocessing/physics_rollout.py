@@ -52,7 +52,8 @@ class PhysicsRollout:
         self._assumed: dict[tuple[int, tuple[int, ...]], tuple[list[ObjectModel], np.ndarray]] = {}
 
     @cached_property
-    def _bodies(self) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
+    def bodies(self) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
+        """Return the completed bodies of the objects, their poses (N, 4, 4), and the distractors with theirs."""
         if self._given is None:
             return bodies_of_scene(self.scene)
         own = self._given[: len(self.scene.objects)]
@@ -73,7 +74,7 @@ class PhysicsRollout:
             broad, high = _SIZE * rng.standard_normal(2)
             if number <= 2:
                 broad = _MISFIT * (-1) ** (level + number)
-            model = self._bodies[0][len(models)]
+            model = self.bodies[0][len(models)]
             stretch = np.array([1 + broad / model.radius] * 2 + [1 + high / model.height])
             hulls = tuple(hull * np.clip(stretch, 0.8, 1.25) for hull in model.hulls)
             models.append(replace(model, hulls=hulls, mass=model.mass * math.exp(_MASS * rng.standard_normal())))
@@ -100,7 +101,7 @@ class PhysicsRollout:
             stays: under a goal, the objects that do not move: their motion is the identity.
             aside, colors: under a goal, see `place_and_check`.
         """
-        models, poses, others = self._bodies
+        models, poses, others = self.bodies
         if hypothesis:
             models, errors = self._hypothesis(hypothesis, bottom_up(motions))
             errors = errors.copy()
@@ -111,10 +112,12 @@ class PhysicsRollout:
             motions = at @ np.linalg.inv(poses)
             motions[list(stays)] = np.eye(4)
         names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
+        flat = isinstance(spec, StructureSpec) and motions[:, 2, 3].max() < STACKED
         # Unstable objects fall at once: waiting for 2 s as in the protocol would double the time.
         return place_and_check(
-            models, poses, motions, spec, self.scene.table, others, names, until_rest=True, aside=aside, colors=colors
-        )
+            models, poses, motions, spec, self.scene.table, others, names, until_rest=True, together=flat, aside=aside,
+            colors=colors,
+        )  # fmt: skip
 
     def set_down(self, motions: np.ndarray, stays: Sequence[int] = (), goal: Goal | None = None) -> np.ndarray:
         """Return the motions (N, 4, 4), with stacked objects a little above contact with the object below.
@@ -130,7 +133,7 @@ class PhysicsRollout:
         moved = [i for i in range(len(motions)) if i not in set(stays)]
         if not moved or lifts[moved].max() < STACKED:  # everything stands on the table
             return motions
-        models, poses, others = self._bodies
+        models, poses, others = self.bodies
         goals = motions @ poses
         result = motions.copy()
         there = [*others, *((models[i], poses[i]) for i in stays)]

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from grounding.spec import StructureSpec
-from structdiffusion.completion.estimate import ObjectEstimate, imagined_bodies
+from structdiffusion.completion.estimate import ObjectEstimate, imagined_structures
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.models.checkpoint import require_sound
@@ -21,6 +21,7 @@ from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.word_tokens import are_known_words, word_ids
 
 # m between outlines, above which two objects cannot intersect, so the network is not evaluated.
@@ -80,7 +81,8 @@ class Ranker:
             orders: (K, N) the object of each place, as in the demonstrations that trained the structure discriminator;
                 with `None`, objects without a place of their own come in the order of `objects`.
         """
-        outlines = [[thing.outline_after(motion) for thing, motion in zip(objects, row)] for row in motions]
+        bodies = imagined_structures(objects, motions)
+        outlines = [[body.footprint for body in row] for row in bodies]
         rows: list[dict[str, float]] = [{} for _ in motions]
         if self.discriminators:
             moved = torch.from_numpy(motions).to(clouds)
@@ -97,12 +99,13 @@ class Ranker:
             require_sound(free, CollisionDiscriminator.kind)
             for row, score in zip(rows, free, strict=True):
                 row["collision"] = float(score)
+        checks = checks_scores(objects, motions, spec, table, bodies) if self.estimated_checks else []
         for k, row in enumerate(rows):
             if self.bounds:
                 row["bounds"] = math.exp(-table.overhang(np.concatenate(outlines[k])) / _OVERHANG)
             if self.estimated_checks:
-                row["checks"] = checks_score(objects, motions[k], spec, table)
-                row["support"] = support_score(objects, motions[k])
+                row["checks"] = checks[k]
+                row["support"] = support_score(objects, bodies[k])
             row["total"] = math.prod(row.values())
         return rows
 
@@ -125,17 +128,10 @@ class Ranker:
         """
         first, second, owner = [], [], []
         for k, row in enumerate(outlines):
-            for i, outline in enumerate(row):
-                for j in range(i + 1, len(row)):
-                    if _near(outline, row[j]):
-                        first.append(at_goal[k, i])
-                        second.append(at_goal[k, j])
-                        owner.append(k)
-                for j, other in enumerate(others):
-                    if _near(outline, other):
-                        first.append(at_goal[k, i])
-                        second.append(other_clouds[j])
-                        owner.append(k)
+            for i, j in _near_pairs([*row, *others], len(row)):
+                first.append(at_goal[k, i])
+                second.append(at_goal[k, j] if j < len(row) else other_clouds[j - len(row)])
+                owner.append(k)
         count, things = at_goal.shape[:2]
         pairs = things * (things - 1) / 2 + things * len(others)
         logarithm, hits = torch.zeros(count), torch.zeros(count)
@@ -148,11 +144,19 @@ class Ranker:
         return 1.0 - hits / max(pairs, 1.0) if self.mean_collision else logarithm.exp()
 
 
-def _near(outline: np.ndarray, other: np.ndarray) -> bool:
-    """Return whether two outlines (K, 2) are close enough to evaluate; their boxes rule out most pairs."""
-    low = np.maximum(outline.min(axis=0), other.min(axis=0))
-    high = np.minimum(outline.max(axis=0), other.max(axis=0))
-    return bool((low - high < _NEAR).all()) and clear_gap(outline, other) < _NEAR
+def _near_pairs(outlines: Sequence[np.ndarray], count: int) -> list[tuple[int, int]]:
+    """Return which of the first `count` outlines (K, 2) are close enough to which later one to evaluate the pair.
+
+    Their boxes rule out most pairs.
+    """
+    low = np.array([outline.min(axis=0) for outline in outlines])
+    high = np.array([outline.max(axis=0) for outline in outlines])
+    apart = np.maximum(low[:count, None], low) - np.minimum(high[:count, None], high)  # (count, M, 2)
+    return [
+        (i, j)
+        for i, j in np.argwhere((apart < _NEAR).all(axis=-1)).tolist()
+        if i < j and clear_gap(outlines[i], outlines[j]) < _NEAR
+    ]
 
 
 def _places(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> np.ndarray:
@@ -165,7 +169,13 @@ def _places(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> np.ndarra
     return order if ordered is None else ordered
 
 
-def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table) -> float:
+def checks_scores(
+    objects: Sequence[ObjectEstimate],
+    motions: np.ndarray,
+    spec: StructureSpec,
+    table: Table,
+    bodies: Sequence[list[PlacedBody]] | None = None,
+) -> list[float]:
     """Score how surely the checks of the evaluation protocol hold, in [0, 1], for objects that land a few millimetres
     off.
 
@@ -175,32 +185,41 @@ def checks_score(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: S
 
     Args:
         objects: N estimates.
-        motions: (N, 4, 4) upright motions, world frame.
+        motions: (K, N, 4, 4) upright motions, world frame.
+        spec: the requested structure.
+        table: the table.
+        bodies: the K structures, if they are known (`imagined_structures`).
     """
-    as_proposed = _held(objects, motions, spec, table)
-    if as_proposed < 1.0:
-        return as_proposed
+    proposed = imagined_structures(objects, motions) if bodies is None else bodies
+    scores = [_held(structure, spec, table) for structure in proposed]
+    sure = [k for k, score in enumerate(scores) if score == 1.0]
     rng = np.random.default_rng(0)
-    landed = (np.array([_landed(m, thing, rng) for m, thing in zip(motions, objects)]) for _ in range(_TRIALS - 1))
-    return (as_proposed + sum(_held(objects, trial, spec, table) for trial in landed)) / _TRIALS
+    trials = [imagined_structures(objects, _landed(motions[sure], objects, rng)) for _ in range(_TRIALS - 1)]
+    for number, k in enumerate(sure):
+        scores[k] = (1.0 + sum(_held(structures[number], spec, table) for structures in trials)) / _TRIALS
+    return scores
 
 
-def _held(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table) -> float:
+def _held(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> float:
     """Return 1 if all checks hold, or half of the share of those that do."""
-    held = [check.passed for check in check_structure(imagined_bodies(objects, motions), spec, table)]
+    held = [check.passed for check in check_structure(bodies, spec, table)]
     return 1.0 if all(held) else _WRONG * sum(map(bool, held)) / len(held)
 
 
-def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> float:
+def support_score(objects: Sequence[ObjectEstimate], bodies: Sequence[PlacedBody]) -> float:
     """Score how well stacked objects are supported, in [0, 1]; 1 if nothing is stacked.
 
     On a level top, the score is the supported share of the outline, 1 from a half on. On a vessel, it is the same if
     the object covers the rim, and 1 if the object fits well inside; in between it may wedge or tip.
 
-    Args: see `checks_score`.
+    Args:
+        objects: N estimates.
+        bodies: the proposed structure (`imagined_bodies`).
     """
-    bodies, score = imagined_bodies(objects, motions), 1.0
+    score = 1.0
     for body in bodies:
+        if not body.rests_on:
+            continue
         upper = shapely.Polygon(body.footprint)
         for carrier in body.rests_on:
             lower = shapely.Polygon(bodies[carrier].footprint)
@@ -216,10 +235,13 @@ def support_score(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> flo
     return score
 
 
-def _landed(motion: np.ndarray, thing: ObjectEstimate, rng: np.random.Generator) -> np.ndarray:
-    """Return the motion with a small error: a rotation about the object's middle, and a shift."""
-    error = pose_from_xyz_yaw(0.0, 0.0, 0.0, _TURN * rng.standard_normal())
-    middle = (motion @ np.append(thing.mean, 1.0))[:3]
-    error[:3, 3] = middle - error[:3, :3] @ middle
-    error[:2, 3] += _SHIFT * rng.standard_normal(2)
-    return error @ motion
+def _landed(motions: np.ndarray, objects: Sequence[ObjectEstimate], rng: np.random.Generator) -> np.ndarray:
+    """Return the motions (K, N, 4, 4) with a small error of each object: a rotation about its middle, and a shift."""
+    landed = np.empty_like(motions)
+    for i, thing in enumerate(objects):
+        error = np.tile(pose_from_xyz_yaw(0.0, 0.0, 0.0, _TURN * rng.standard_normal()), (len(motions), 1, 1))
+        middle = (motions[:, i] @ np.append(thing.mean, 1.0))[:, :3]
+        error[:, :3, 3] = middle - (error[:, :3, :3] @ middle[..., None])[..., 0]
+        error[:, :2, 3] += _SHIFT * rng.standard_normal(2)
+        landed[:, i] = error @ motions[:, i]
+    return landed

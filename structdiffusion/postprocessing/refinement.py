@@ -17,31 +17,43 @@ from structdiffusion.completion.estimate import ObjectEstimate, imagined_bodies
 from structdiffusion.footprints import separation_along
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw
 from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.bodies import PlacedBody
 
 # m of clear gap to which neighbours are separated: the unseen side of an object may reach a little farther
 _GAP = 0.006
 _ROUNDS = 8
 
 
-def fit_to_size(objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec) -> np.ndarray:
+def fit_to_size(
+    objects: Sequence[ObjectEstimate],
+    motions: np.ndarray,
+    spec: StructureSpec,
+    bodies: Sequence[PlacedBody] | None = None,
+) -> np.ndarray:
     """Give a structure the requested size, and make it as round, straight and even as the protocol requires.
 
     Args:
         objects: N estimates.
         motions: (N, 4, 4) set down (`settle`), world frame.
         spec: the requested slots.
+        bodies: the `imagined_bodies` of these motions, if they are known.
 
     Returns:
         (N, 4, 4); the same motions where the shape is open.
     """
     result = motions.copy()
     if spec.shape is not None:
-        result[:, :2, 3] += STRUCTURES[spec.shape].corrections(imagined_bodies(objects, motions), spec.size)
+        bodies = imagined_bodies(objects, motions) if bodies is None else bodies
+        result[:, :2, 3] += STRUCTURES[spec.shape].corrections(bodies, spec.size)
     return result
 
 
 def align_cutlery(
-    objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, heading: float
+    objects: Sequence[ObjectEstimate],
+    motions: np.ndarray,
+    spec: StructureSpec,
+    heading: float,
+    bodies: Sequence[PlacedBody] | None = None,
 ) -> np.ndarray:
     """Turn objects with a front to their proper direction, such as the cutlery of a table setting away from the diner.
 
@@ -50,6 +62,7 @@ def align_cutlery(
         motions: (N, 4, 4) set down (`settle`), world frame.
         spec: the requested slots; its rotation overrides `heading`.
         heading: that the sampled structure faces, radians.
+        bodies: the `imagined_bodies` of these motions, if they are known.
 
     Returns:
         (N, 4, 4); each object turns about its own centroid.
@@ -57,7 +70,7 @@ def align_cutlery(
     result = motions.copy()
     if spec.shape is None:
         return result
-    bodies = imagined_bodies(objects, motions)
+    bodies = imagined_bodies(objects, motions) if bodies is None else bodies
     heading = HEADING_OF_ROTATION[spec.rotation] if spec.rotation else heading
     for index, angle in enumerate(STRUCTURES[spec.shape].turns(bodies, heading)):
         if angle:
@@ -67,14 +80,20 @@ def align_cutlery(
     return result
 
 
-def separate(objects: Sequence[ObjectEstimate], others: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
+def separate(
+    objects: Sequence[ObjectEstimate],
+    others: Sequence[ObjectEstimate],
+    motions: np.ndarray,
+    bodies: Sequence[PlacedBody] | None = None,
+) -> np.ndarray:
     """Separate objects on the table by a clear gap; objects on top of one move with it.
 
     Args:
         objects: N estimates; others: of the distractors, which stay.
         motions: (N, 4, 4) set down (`settle`), world frame.
+        bodies: the `imagined_bodies` of these motions, if they are known.
     """
-    bodies = imagined_bodies(objects, motions)
+    bodies = imagined_bodies(objects, motions) if bodies is None else bodies
     group = list(range(len(bodies)))  # the lowest of what stands on one another
     for index in sorted(group, key=lambda i: bodies[i].z_bottom):
         if bodies[index].rests_on:

@@ -17,13 +17,18 @@ from structdiffusion.evaluation_protocol import X_POSITION_THIRDS, Y_POSITION_TH
 from structdiffusion.footprints import centre_range
 from structdiffusion.observation import Table
 from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures.bodies import PlacedBody
 
 # Kept from the borders of a third, as a share of it; and from the edge of the table, m.
 _MARGIN, _EDGE = 0.35, 0.008
 
 
 def shift_into_place(
-    objects: Sequence[ObjectEstimate], motions: np.ndarray, spec: StructureSpec, table: Table
+    objects: Sequence[ObjectEstimate],
+    motions: np.ndarray,
+    spec: StructureSpec,
+    table: Table,
+    bodies: Sequence[PlacedBody] | None = None,
 ) -> np.ndarray:
     """Return the least shift (2,), metres, that brings the structure onto the table and into the requested thirds.
 
@@ -32,11 +37,14 @@ def shift_into_place(
     Args:
         objects: N estimates.
         motions: (N, 4, 4) upright motions, world frame.
+        spec: the requested slots.
+        table: the table.
+        bodies: the `imagined_bodies` of these motions, if they are known.
     """
     shift = np.zeros(2)
     if spec.shape is None:
         return shift
-    bodies = imagined_bodies(objects, motions)
+    bodies = imagined_bodies(objects, motions) if bodies is None else bodies
     centre = STRUCTURES[spec.shape].centre(bodies)
     inner = Table(table.x_min + _EDGE, table.x_max - _EDGE, table.y_min + _EDGE, table.y_max - _EDGE)
     for axis, value, names in ((0, spec.y_position, Y_POSITION_THIRDS), (1, spec.x_position, X_POSITION_THIRDS)):

@@ -149,6 +149,7 @@ def place_and_check(
     names: Sequence[str] | None = None,
     ground: Table | None = None,
     until_rest: bool = False,
+    together: bool = False,
     on_end: Callable[[TabletopWorld], None] | None = None,
     aside: Sequence[int] = (),
     colors: Sequence[str] | None = None,
@@ -166,6 +167,8 @@ def place_and_check(
         names: the names of the objects, then of the others, in the verdict; by default their nouns, numbered.
         ground: the whole surface that carries objects, if it is larger than the table top.
         until_rest: judge as soon as everything is at rest, and not after the 2 s of the evaluation protocol.
+        together: release all objects at the same time, not one after another. Objects that all stand on the table do
+            not feel the difference, and there are as many times fewer steps of physics.
         on_end: called with the world as it is in the end, such as to take a picture of it.
         aside: for a goal, the objects that only make room.
         colors: under a goal that groups by colour, the name of each object's colour.
@@ -190,8 +193,8 @@ def place_and_check(
         trial = _Trial(world, models, world_from_goal, names, stays)
         checks, failure = (), None
         try:
-            for index in order:
-                trial.place(index)
+            for batch in [order] if together else [(index,) for index in order]:
+                trial.place(batch)
             trial.wait(until_rest)
             checks = asked_checks(
                 world,
@@ -262,8 +265,19 @@ class _Trial:
         self.placed: dict[int, int] = {number: count + k for k, number in enumerate(stays)}
         self.measured = {"penetration": 0.0, "speed": 0.0, "displacement": 0.0, "tilt": 0.0}
 
-    def place(self, number: int) -> None:
-        """Check the predicted pose, release above it, wait for rest, and check where everything is."""
+    def place(self, numbers: Sequence[int]) -> None:
+        """Check the predicted poses, release above them, wait for rest, and check where everything is."""
+        for number in numbers:
+            self._add(number)
+        for number in numbers:
+            above = self.world_from_goal[number].copy()
+            above[2, 3] += RELEASE_HEIGHT
+            self.world.set_pose(self.placed[number], above)
+        self._run(SETTLE_SECONDS, until_rest=True)
+        self.check_places()
+
+    def _add(self, number: int) -> None:
+        """Add an object at its predicted pose, where it may penetrate nothing."""
         goal = self.world_from_goal[number]
         index = self.world.add(self.models[number], goal)
         self.placed[number] = index
@@ -275,11 +289,6 @@ class _Trial:
                 thing = "table" if other == TABLE else self.names[other]
                 depth = f"{-clearance * 1000:.1f} mm, allowed {MAX_PENETRATION * 1000:g} mm"
                 raise self._failure("intersection", index, f"would penetrate the {thing} by {depth}", thing)
-        above = goal.copy()
-        above[2, 3] += RELEASE_HEIGHT
-        self.world.set_pose(index, above)
-        self._run(SETTLE_SECONDS, until_rest=True)
-        self.check_places()
 
     def wait(self, until_rest: bool) -> None:
         """Run two more seconds, or less where everything rests before."""

@@ -26,6 +26,9 @@ TIME_STEP = 1.0 / 240.0
 FALLEN = -0.02  # m: objects below this z are no longer on the table
 # At rest: slower than 1 cm/s and 0.2 rad/s for a tenth of a second.
 REST_SPEED, REST_SPIN, REST_SECONDS = 0.01, 0.2, 0.1
+# Clients of closed worlds, emptied and kept for the next ones: to start one takes 13 ms, to empty one 1 ms.
+_IDLE: list[int] = []
+_MOST_IDLE = 2
 
 
 class TabletopWorld:
@@ -59,7 +62,7 @@ class TabletopWorld:
     ) -> None:
         if len(models) != len(world_from_objects):
             raise ValueError(f"{len(models)} objects need as many poses, got {len(world_from_objects)}")
-        self.client = pybullet.connect(pybullet.DIRECT)
+        self.client = _IDLE.pop() if _IDLE else pybullet.connect(pybullet.DIRECT)
         if self.client < 0:
             raise RuntimeError("PyBullet could not start a physics client; close other worlds first")
         self._here = {"physicsClientId": self.client}
@@ -84,10 +87,15 @@ class TabletopWorld:
         self.close()
 
     def close(self) -> None:
-        """End the physics client; closing twice has no effect."""
-        if self.client >= 0:
+        """Give the physics client back; closing twice has no effect."""
+        if self.client < 0:
+            return
+        if len(_IDLE) < _MOST_IDLE:
+            pybullet.resetSimulation(**self._here)
+            _IDLE.append(self.client)
+        else:
             pybullet.disconnect(self.client)
-            self.client = -1
+        self.client = -1
 
     def add(self, model: ObjectModel, world_from_object: np.ndarray) -> int:
         """Add an object to the world, at rest at the pose (4, 4), and return its index."""

@@ -85,6 +85,8 @@ def test_help_answers_at_once():
         (["train", "parser", "--out", "p", "--rate", "0"], ("--rate", "0", "above 0")),
         (["benchmark", "--runs", "0"], ("--runs", "0")),
         (["benchmark", "--sweep", "s", "--objects", "3"], ("--sweep", "--objects")),
+        (["benchmark", "--structure", "heap"], ("--structure", "'heap'", "pyramid")),
+        (["benchmark", "--largest", "9"], ("--largest", "--sweep")),
         (["run"], ("TEXT",)),
         (["run", CIRCLE, "--scene", "bag"], ("'bag'", "simulated")),
         (["run", CIRCLE, "--seed", "many"], ("--seed", "'many'")),
@@ -383,20 +385,20 @@ def test_training_on_an_unknown_device(fails, tmp_path):
     assert "'tpu'" in sentence and "auto, cpu, cuda" in sentence
 
 
-def test_benchmark_measures_and_sweeps(tmp_path, capsys, monkeypatch):
-    from structdiffusion.benchmark import latency
-
+def test_benchmark_measures_decisions_and_their_growth(tmp_path, capsys):
     line = ["benchmark", "--model", "diffusion-tokens", "--runs", "1"]
     assert command_line([*line, "--objects", "3", "--candidates", "2"]) == 0
     said = capsys.readouterr().out
-    assert said.startswith("diffusion-tokens, 3 objects, 2 candidates, 1 thread: ") and "median of 1 runs" in said
-    monkeypatch.setattr(latency, "_CANDIDATES", (1, 2))
-    monkeypatch.setattr(latency, "_OBJECTS", (3, 7))
-    assert command_line(["benchmark", "--model", "geometric", "--runs", "1", "--sweep", str(tmp_path / "s"), "--json"]) == 0
+    assert said.startswith("diffusion-tokens, circle, 3 objects, 2 candidates, 1 thread: ")
+    assert "median of 1 runs" in said
+    assert [row.split("  ")[1] for row in said.splitlines()[2:]][1:4] == ["sample", "refine", "rank"]
+    folder = tmp_path / "s"
+    line = ["benchmark", "--model", "geometric", "--runs", "1", "--sweep", str(folder), "--largest", "4", "--json"]
+    assert command_line(line) == 0
     rows = json.loads(capsys.readouterr().out)
-    assert [(row["objects"], row["candidates"]) for row in rows] == [(7, 1), (7, 2), (3, 64)]
-    assert json.loads((tmp_path / "s" / "benchmark.json").read_text()) == rows
-    assert (tmp_path / "s" / "benchmark.png").read_bytes().startswith(b"\x89PNG")
+    assert [(row["size"], row["sizes"]) for row in rows] == [("candidates", [1, 4]), ("objects", [2, 3, 4])]
+    assert json.loads((folder / "benchmark.json").read_text()) == rows
+    assert (folder / "benchmark.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_benchmark_with_options_that_cannot_be(fails):

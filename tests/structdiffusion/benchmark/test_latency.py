@@ -1,35 +1,54 @@
+import numpy as np
 import pytest
+import torch
 
-from structdiffusion.benchmark import latency
-from structdiffusion.benchmark.latency import measure, observed_scene, plot, sweep
+from structdiffusion.benchmark.latency import (
+    StepClock,
+    decide,
+    loaded,
+    measure_decisions,
+    observed_scenes,
+    spec_of,
+)
+from structdiffusion.observation import StructureGoal
 
 
-def test_the_scene_has_as_many_objects_as_asked_for():
-    scene = observed_scene(5, seed=0)
-    assert len(scene.objects) == 5 and not scene.distractors
+def test_scenes_have_as_many_objects_as_asked_for_and_differ():
+    first, second = observed_scenes("circle", 5, 2)
+    assert len(first.objects) == len(second.objects) == 5 and not first.distractors
+    assert not np.array_equal(first.objects[0].points[:9], second.objects[0].points[:9])
 
 
-def test_seconds_are_measured_and_ordered():
-    result = measure("diffusion-tokens", objects=3, candidates=2, runs=3)
-    assert 0 < result["seconds_min"] <= result["seconds_median"] <= result["seconds_max"]
-    assert (result["objects"], result["candidates"], result["runs"]) == (3, 2, 3)
-    assert isinstance(result["rollout_seconds"], float)
+@pytest.mark.parametrize("shape", ["circle", "tower"])
+def test_the_steps_on_the_clock_give_what_the_planner_proposes(shape):
+    planner = loaded("diffusion-tokens")
+    (scene,) = observed_scenes(shape, 3, 1)
+    goal, clock = StructureGoal(spec_of(shape)), StepClock()
+    proposed = planner.propose(scene, goal, count=6, generator=torch.Generator().manual_seed(2))
+    timed = decide(planner, scene, goal, 6, torch.Generator().manual_seed(2), clock)
+    assert [row.scores for row in timed] == [row.scores for row in proposed]
+    for one, other in zip(timed, proposed, strict=True):
+        np.testing.assert_array_equal(one.goal_from_initial, other.goal_from_initial)
+    calls = {name: step[2] for name, step in clock.steps.items()}
+    trials = calls.pop("try in physics")
+    expected = {"encode the clouds": 3, "sample": 25, "refine": 6, "rank": 6, "complete the bodies": 3}
+    assert calls == expected and 1 <= trials
+
+
+def test_medians_lie_between_the_extremes_and_steps_add_up():
+    (row,) = measure_decisions("diffusion-tokens", [("line", 3)], candidates=2, runs=3)
+    assert 0 < row["seconds_min"] <= row["seconds_median"] <= row["seconds_max"]
+    assert (row["structure"], row["objects"], row["candidates"], row["runs"]) == ("line", [3], 2, 3)
+    assert 0 < sum(step["seconds"] for step in row["steps"]) <= 3 * row["seconds_max"]
+    assert row["cpu_seconds_median"] > 0
 
 
 def test_what_a_stand_in_for_a_sentence_asks_for_is_not_tried_out():
-    result = measure("diffusion", objects=3, candidates=2, runs=1)
-    assert result["seconds_median"] > 0 and result["rollout_seconds"] is None
-
-
-def test_a_sweep_covers_both_numbers_and_is_drawn(monkeypatch, tmp_path):
-    monkeypatch.setattr(latency, "_CANDIDATES", (1, 2))
-    monkeypatch.setattr(latency, "_OBJECTS", (3, 7))
-    results = sweep("geometric+rollout", runs=1)
-    assert [(row["objects"], row["candidates"]) for row in results] == [(7, 1), (7, 2), (3, 64)]
-    plot(results, tmp_path / "out" / "benchmark.png")
-    assert (tmp_path / "out" / "benchmark.png").read_bytes().startswith(b"\x89PNG")
+    (row,) = measure_decisions("diffusion", [("circle", 3)], candidates=2, runs=1)
+    assert row["seconds_median"] > 0
+    assert [step["step"] for step in row["steps"]] == ["encode the clouds", "sample", "refine", "rank"]
 
 
 def test_an_unknown_model_is_named():
-    with pytest.raises(ValueError, match="model cannot be 'magic'; legal values: diffusion, diffusion-tokens, geometric"):
-        measure("magic", objects=3, candidates=2, runs=1)
+    with pytest.raises(ValueError, match="model cannot be 'magic'; legal values: diffusion, "):
+        measure_decisions("magic", [("circle", 3)], candidates=2, runs=1)

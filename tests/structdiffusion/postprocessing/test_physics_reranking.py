@@ -12,6 +12,7 @@ from structdiffusion.postprocessing.physics_rollout import HYPOTHESES
 
 TOWER = StructureSpec("tower")
 CALM = {"speed": 0.8, "tilt": 0.0, "displacement": 0.0}
+CLOSE = {"speed": 0.8, "tilt": 0.1, "displacement": 0.0}  # it stands, but another may stand more surely
 
 
 def tower(*bottom_up: int, total: float = 0.5, at: float = 0.0) -> Arrangement:
@@ -64,7 +65,7 @@ def test_another_order_is_tried_after_one_that_falls_again_and_again():
 
 def test_trying_ends_when_enough_stand_or_enough_was_tried():
     rows = [tower(0, 1, total=0.9, at=k) for k in range(50)]
-    stands = Fancied(lambda motions, number: CALM)
+    stands = Fancied(lambda motions, number: CLOSE)
     assert [row.scores["rollout"] for row in rerank_by_physics(stands, rows, TOWER, 16)[: ENOUGH + 1]] == [1.0] * ENOUGH + [0.5]
     assert len(stands.asked) == ENOUGH * HYPOTHESES
     falls = Fancied(lambda motions, number: None)
@@ -74,6 +75,17 @@ def test_trying_ends_when_enough_stand_or_enough_was_tried():
     unsure = Fancied(lambda motions, number: CALM if number < 3 else None)
     rerank_by_physics(unsure, rows, TOWER, 50)
     assert MOST <= len(unsure.asked) < MOST + HYPOTHESES < 50 * HYPOTHESES
+
+
+def test_one_that_stands_with_much_room_under_every_hypothesis_is_enough():
+    rows = [tower(0, 1, total=0.9 - 0.01 * k, at=k) for k in range(6)]
+    fancied = Fancied(lambda motions, number: CALM if motions[0, 0, 3] == 1 else CLOSE)
+    found = rerank_by_physics(fancied, rows, TOWER, 16)
+    assert found[0].goal_from_initial[0, 0, 3] == 1
+    assert len(fancied.asked) == 2 * HYPOTHESES
+    never = Fancied(lambda motions, number: CALM)
+    rerank_by_physics(never, rows, TOWER, 16, sure=2.0)
+    assert len(never.asked) == ENOUGH * HYPOTHESES
 
 
 def test_what_stands_on_the_table_is_tried_once():
