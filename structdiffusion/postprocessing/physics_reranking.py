@@ -20,7 +20,7 @@ ENOUGH = 3  # arrangements that stand under every hypothesis, after which no mor
 SURE = 0.75
 # Scores: of an arrangement that was not tried, which is uncertain, and the lowest, for one that fell.
 _UNTRIED, _FELL = 0.5, 0.1
-MOST = 150  # largest number of trials over all hypotheses
+MOST = 120  # largest number of objects that are released over all trials: 60 trials of two, 17 of seven
 _GIVE_UP = 2  # falls of one arrangement, after which no further hypotheses are tried
 # Arrangements with all objects on the table, after which no other is tried if none stood: then a completed body falls
 # over wherever it is put, and says nothing about arrangements.
@@ -66,7 +66,7 @@ def rerank_by_physics(
         stand = [one for one in outcomes.values() if one.share == 1.0]
         if len(stand) >= enough or any(one.room >= sure for one in stand):
             break
-        if sum(one.verdicts for one in outcomes.values()) >= MOST:
+        if sum(one.verdicts for one in outcomes.values()) * len(motions[0]) >= MOST:
             break
         number = max(waiting, key=lambda i: totals[i] * _SAME ** fallen[orders[i]])
         waiting.remove(number)

@@ -82,7 +82,6 @@ class Ranker:
                 with `None`, objects without a place of their own come in the order of `objects`.
         """
         bodies = imagined_structures(objects, motions)
-        outlines = [[body.footprint for body in row] for row in bodies]
         rows: list[dict[str, float]] = [{} for _ in motions]
         if self.discriminators:
             moved = torch.from_numpy(motions).to(clouds)
@@ -95,14 +94,14 @@ class Ranker:
                 require_sound(structure, StructureDiscriminator.kind)
                 for row, score in zip(rows, structure, strict=True):
                     row["structure"] = float(score)
-            free = self._collision_free(outlines, [thing.outline for thing in others], at_goal, other_clouds)
+            free = self._collision_free(bodies, others, at_goal, other_clouds)
             require_sound(free, CollisionDiscriminator.kind)
             for row, score in zip(rows, free, strict=True):
                 row["collision"] = float(score)
         checks = checks_scores(objects, motions, spec, table, bodies) if self.estimated_checks else []
         for k, row in enumerate(rows):
             if self.bounds:
-                row["bounds"] = math.exp(-table.overhang(np.concatenate(outlines[k])) / _OVERHANG)
+                row["bounds"] = math.exp(-table.overhang(np.concatenate([body.footprint for body in bodies[k]])) / _OVERHANG)
             if self.estimated_checks:
                 row["checks"] = checks[k]
                 row["support"] = support_score(objects, bodies[k])
@@ -118,7 +117,11 @@ class Ranker:
         return self.structure(in_place, present, nouns[orders], words).sigmoid()
 
     def _collision_free(
-        self, outlines: list[list[np.ndarray]], others: list[np.ndarray], at_goal: Tensor, other_clouds: Tensor
+        self,
+        structures: list[list[PlacedBody]],
+        others: Sequence[ObjectEstimate],
+        at_goal: Tensor,
+        other_clouds: Tensor,
     ) -> Tensor:
         """Return for each arrangement the probability that no pair collides: the product, or (as in the paper) the
         mean.
@@ -127,8 +130,11 @@ class Ranker:
         skipped.
         """
         first, second, owner = [], [], []
-        for k, row in enumerate(outlines):
-            for i, j in _near_pairs([*row, *others], len(row)):
+        standing = [thing.outline for thing in others], [(0.0, thing.height) for thing in others]
+        for k, row in enumerate(structures):
+            outlines = [body.footprint for body in row] + standing[0]
+            levels = [(body.z_bottom, body.z_top) for body in row] + standing[1]
+            for i, j in _near_pairs(outlines, levels, len(row)):
                 first.append(at_goal[k, i])
                 second.append(at_goal[k, j] if j < len(row) else other_clouds[j - len(row)])
                 owner.append(k)
@@ -144,14 +150,21 @@ class Ranker:
         return 1.0 - hits / max(pairs, 1.0) if self.mean_collision else logarithm.exp()
 
 
-def _near_pairs(outlines: Sequence[np.ndarray], count: int) -> list[tuple[int, int]]:
-    """Return which of the first `count` outlines (K, 2) are close enough to which later one to evaluate the pair.
+def _near_pairs(
+    outlines: Sequence[np.ndarray], levels: Sequence[tuple[float, float]], count: int
+) -> list[tuple[int, int]]:
+    """Return which of the first `count` of M objects are close enough to which later one to evaluate the pair.
 
     Their boxes rule out most pairs.
+
+    Args:
+        outlines: M outlines (K, 2), metres.
+        levels: the lowest and highest z of each, metres.
+        count: the number of objects that are paired with all later ones.
     """
-    low = np.array([outline.min(axis=0) for outline in outlines])
-    high = np.array([outline.max(axis=0) for outline in outlines])
-    apart = np.maximum(low[:count, None], low) - np.minimum(high[:count, None], high)  # (count, M, 2)
+    low = np.array([[*outline.min(axis=0), bottom] for outline, (bottom, _) in zip(outlines, levels)])
+    high = np.array([[*outline.max(axis=0), top] for outline, (_, top) in zip(outlines, levels)])
+    apart = np.maximum(low[:count, None], low) - np.minimum(high[:count, None], high)  # (count, M, 3)
     return [
         (i, j)
         for i, j in np.argwhere((apart < _NEAR).all(axis=-1)).tolist()

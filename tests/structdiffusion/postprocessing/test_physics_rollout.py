@@ -97,7 +97,8 @@ def test_the_best_are_tried_until_enough_of_them_stand(scene):
     assert [row.scores["rollout"] for row in found] == [1.0, 0.1]
     np.testing.assert_allclose(found[0].goal_from_initial, good, atol=0.003)
     assert [row.scores["total"] for row in found] == pytest.approx([0.5, 0.09])
-    assert [row.scores["rollout"] for row in tried(good, good, good, bad)] == [1.0, 1.0, 1.0, 0.5]
+    # It stands with much room: no other is tried.
+    assert [row.scores["rollout"] for row in tried(good, good, good, bad)] == [1.0, 0.5, 0.5, 0.5]
     assert [row.scores["rollout"] for row in tried(bad, good, best=1)] == [0.5, 0.1]
     stood_first = tried(bad, good, lowest=0.01)
     assert [row.scores["total"] for row in stood_first] == pytest.approx([0.01, 0.09])
