@@ -39,7 +39,7 @@ class DiffusionPlanner:
         post_process: PostProcessor = PostProcessor(),
         *,
         sentence: bool = True,
-        steps: int = 25,
+        steps: int = 10,
         sampler: str = "ddim",
         guide: StructureDiscriminator | None = None,
         guidance: float = 0.0,

@@ -45,18 +45,20 @@ class PlannerParts:
     checks: bool = True
     rollouts: int = 0
     sampler: str = "ddim"
-    steps: int = 25
+    steps: int = 10
     candidates: int | None = None
 
 
 # Physics rollouts try the best-ranked until enough of them stand; this limit is rarely reached.
 _TRIED = 40
 _FULL = PlannerParts("diffusion", rollouts=_TRIED)
-_UNRANKED = replace(_FULL, ranked=False, rollouts=0)
+# What ranking and geometry mend does not show in raw samples: these take the steps with which they were measured.
+_RAW_STEPS = 25
+_UNRANKED = replace(_FULL, ranked=False, rollouts=0, steps=_RAW_STEPS)
 _AS_IN_THE_PAPER = {
     "placed": False, "refined": False, "mean_collision": True, "bounds": False, "checks": False, "rollouts": 0,
 }  # fmt: skip
-_PAPER = replace(_FULL, **_AS_IN_THE_PAPER)
+_PAPER = replace(_FULL, **_AS_IN_THE_PAPER, steps=_RAW_STEPS)
 
 
 def _with_variants(name: str, parts: PlannerParts) -> dict[str, PlannerParts]:
@@ -97,7 +99,7 @@ PLANNERS: Mapping[str, PlannerParts] = {
     "diffusion-tokens-no-bounds": replace(_FULL, bounds=False),
     "diffusion-tokens-no-checks": replace(_FULL, checks=False),
     "diffusion-tokens-steps5": replace(_FULL, steps=5),
-    "diffusion-tokens-steps10": replace(_FULL, steps=10),
+    "diffusion-tokens-steps25": replace(_FULL, steps=25),
     "diffusion-tokens-ddpm200": replace(_FULL, sampler="ddpm", steps=200),
     "diffusion-tokens-best4": replace(_FULL, candidates=4),
     "diffusion-tokens-best16": replace(_FULL, candidates=16),

@@ -31,7 +31,7 @@ def test_the_steps_on_the_clock_give_what_the_planner_proposes(shape):
         np.testing.assert_array_equal(one.goal_from_initial, other.goal_from_initial)
     calls = {name: step[2] for name, step in clock.steps.items()}
     trials = calls.pop("try in physics")
-    expected = {"encode the clouds": 3, "sample": 25, "refine": 6, "rank": 6, "complete the bodies": 3}
+    expected = {"encode the clouds": 3, "sample": 10, "refine": 6, "rank": 6, "complete the bodies": 3}
     assert calls == expected and 1 <= trials
 
 
