@@ -20,7 +20,7 @@ from structdiffusion.benchmark.latency import loaded, measure, observed_scenes
 from structdiffusion.observation import ObjectCloud, Scene
 from structdiffusion.planners.factory import Planner
 
-CANDIDATES, OBJECTS = (1, 4, 16, 64, 256, 1024), (2, 3, 4, 6, 8, 10, 12)
+CANDIDATES, OBJECTS = (1, 4, 16, 64, 256, 1024), (3, 4, 6, 8, 10, 12)
 POINTS, INSTRUCTIONS = (64, 256, 1024, 4096, 16384, 65536), (10, 50, 200, 1000, 2000)
 USUAL_CANDIDATES, USUAL_OBJECTS = 64, 7
 _NOISE = 0.0005  # m, of the points that are drawn where the camera saw fewer
@@ -70,8 +70,8 @@ def measure_growth(model: str, runs: int, largest: int | None = None, weights: P
     grown = [
         _growth("candidates", some, kept(CANDIDATES), lambda size: _decided(planner, "circle", usual, size)),
         _growth(
-            "objects", f"a line, {candidates} candidates", kept(OBJECTS),
-            lambda size: _decided(planner, "line", observed_scenes("line", size, runs + 1), candidates),
+            "objects", f"{candidates} candidates", kept(OBJECTS),
+            lambda size: _decided(planner, "circle", observed_scenes("circle", size, runs + 1), candidates),
         ),
         _growth(
             "points per cloud", f"{some}, {candidates} candidates", kept(POINTS),

@@ -17,7 +17,7 @@ import numpy as np
 import torch
 
 from grounding.spec import SLOTS_OF_SHAPE, StructureSpec
-from structdiffusion.data.scene_sampling import draw_scene
+from structdiffusion.data.scene_sampling import SceneError, draw_scene
 from structdiffusion.objects.procedural import procedural_objects
 from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.diffusion import DiffusionPlanner
@@ -33,7 +33,8 @@ from structdiffusion.simulation.world import TabletopWorld
 Result = dict[str, Any]
 # A flat structure, a tower, and ten objects in either way; of a tower's ten objects as many as the arm can stack.
 DECISIONS = (("circle", 7), ("tower", 4), ("circle", 10), ("tower", 10))
-_HIDDEN = 20  # scenes with a hidden object that are passed over in a row
+# Draws for each scene that are passed over, because an object is hidden, or the objects are too large for the table.
+_MISSES = 5
 
 
 class StepClock:
@@ -119,18 +120,18 @@ def observed_scenes(shape: str, objects: int, count: int, seed: int = 0) -> list
 
     Raises:
         SceneError: if so many objects cannot form the shape.
-        ObservationError: if an object is hidden in scene after scene.
+        ObservationError: if an object is hidden in draw after draw.
     """
-    library, scenes, hidden = procedural_objects(170), [], 0
+    library, scenes, misses = procedural_objects(170), [], 0
     while len(scenes) < count:
-        rng = np.random.default_rng((seed, len(scenes), hidden))
-        drawn = draw_scene(library, spec_of(shape), rng, count=objects, distractors=0)
+        rng = np.random.default_rng((seed, len(scenes), misses))
         try:
+            drawn = draw_scene(library, spec_of(shape), rng, count=objects, distractors=0)
             with TabletopWorld(drawn.models, drawn.world_from_initial) as world:
                 scenes.append(world.observe(rng))
-        except ObservationError:
-            hidden += 1
-            if hidden > _HIDDEN:
+        except (ObservationError, SceneError):
+            misses += 1
+            if misses > _MISSES * (len(scenes) + 1):
                 raise
     return scenes
 

@@ -15,8 +15,8 @@ from structdiffusion.postprocessing.physics_rollout import HYPOTHESES, STACKED, 
 from structdiffusion.protocol.physical_stability import Verdict
 
 ENOUGH = 3  # arrangements that stand under every hypothesis, after which no more are tried
-# Mean room of an arrangement that stands under every hypothesis, after which no other is tried: what others could add is
-# less than what the completed bodies are uncertain of.
+# Mean room of an arrangement that stands under every hypothesis, after which no other is tried: what others could add
+# is less than what the completed bodies are uncertain of.
 SURE = 0.75
 # Scores: of an arrangement that was not tried, which is uncertain, and the lowest, for one that fell.
 _UNTRIED, _FELL = 0.5, 0.1

@@ -101,7 +101,8 @@ class Ranker:
         checks = checks_scores(objects, motions, spec, table, bodies) if self.estimated_checks else []
         for k, row in enumerate(rows):
             if self.bounds:
-                row["bounds"] = math.exp(-table.overhang(np.concatenate([body.footprint for body in bodies[k]])) / _OVERHANG)
+                outlines = np.concatenate([body.footprint for body in bodies[k]])
+                row["bounds"] = math.exp(-table.overhang(outlines) / _OVERHANG)
             if self.estimated_checks:
                 row["checks"] = checks[k]
                 row["support"] = support_score(objects, bodies[k])
