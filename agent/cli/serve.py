@@ -120,9 +120,12 @@ def view_beside(wanted: bool) -> Iterator[LiveView | None]:
     if not wanted:
         yield None
         return
+    from agent.live_view.server import check_installed, server_beside
+
+    check_installed()
+    import_pybullet_silently()
     from agent.live_view.live_view import LiveView
     from agent.live_view.serve import announce
-    from agent.live_view.server import server_beside
 
     with server_beside(_PORT) as server:
         announce(server.access)
