@@ -27,6 +27,7 @@ from grounding.references.attributes import SceneObject
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
 from grounding.references.word_forms import FORMS
+from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -50,7 +51,7 @@ WEIGHTY = frozenset(
 WEIGHTY_IF_UNKNOWN = frozenset(
     "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
     "angle angled without never balance balanced letter letters word words spell tomorrow later yesterday minutes "
-    "seconds hours touch touches touching contact space room".split()
+    "seconds hours touch touches touching contact something somehow space room".split()
 )
 
 
@@ -152,9 +153,14 @@ class FirstReading:
     excepts: bool = False
 
     @property
+    def plain(self) -> bool:
+        """Return whether it is one plain structure, which the parser of the five slots reads best."""
+        return self.status == "ok" and not more_than_plain(self.goal)
+
+    @property
     def half_read(self) -> bool:
         """Return whether it is a plain structure of whose instruction the grammar knows only a part."""
-        return self.status == "ok" and not self.reading.complete and not more_than_plain(self.goal)
+        return self.plain and not self.reading.complete
 
 
 def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
@@ -171,6 +177,8 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     if WEIGHTY & set(second.uncopied):
         return False
     if first.status == "ok":
+        if first.plain and (count is None or supports(second.goal, first.goal)):
+            return False
         enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
         enough = enough and (first.half_read or not first.excepts)
         return enough and _differ(second.goal, first.goal, count)
@@ -202,7 +210,20 @@ def doubted(second: NetworkReading, first: FirstReading, count: int | None) -> b
     """
     if count is None or not first.half_read or not first.reading.residue:
         return False
-    return second.goal is None or _differ(second.goal, first.goal, count)
+    return second.goal is None or not supports(second.goal, first.goal)
+
+
+def supports(goal: Goal, plain: Goal) -> bool:
+    """Return whether a goal is a plain structure of the same objects with no other slots than this one has.
+
+    The parser of the five slots knows more words for them than the network, which may leave some open.
+    """
+    if len(goal.parts) != 1 or more_than_plain(goal) or len(plain.parts) != 1:
+        return False
+    (one,), (other,) = goal.structures, plain.structures
+    slots = ((getattr(one, slot), getattr(other, slot)) for slot in SLOTS)
+    same = None in (one.objects, other.objects) or set(one.objects or ()) == set(other.objects or ())
+    return same and all(read in (None, known) for read, known in slots)
 
 
 def excepts(text: str) -> bool:

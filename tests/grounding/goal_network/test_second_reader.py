@@ -77,7 +77,18 @@ def test_a_plain_structure_of_a_half_read_sentence_needs_a_second_vote():
     assert not counts(read(LINE, HALF_READ - 0.01), half, 2)
     assert doubted(read(LINE, 0.1), half, 2) and doubted(NetworkReading(), half, 2)
     assert not doubted(read(TOWER, 0.1), half, 2)
-    assert not doubted(read(LINE, 0.1), half, None)  # without a scene the words alone decide
+    assert not doubted(read(LINE, 0.1), half, None)  # without a scene the parser decides
+    assert not counts(read(LINE), half, None)
+
+
+def test_a_network_that_leaves_slots_open_supports_the_parser():
+    left = Goal((StructurePart("tower", x_position="left", objects=(0, 1)),))
+    half = FirstReading(UNKNOWN, "ok", left, True, False)
+    assert not counts(read(TOWER), half, 2) and not doubted(read(TOWER), half, 2)
+    right = Goal((StructurePart("tower", x_position="right", objects=(0, 1)),))
+    assert counts(read(right), half, 2)
+    other_objects = Goal((StructurePart("tower", objects=(0, 2)),))
+    assert counts(read(other_objects), half, 3)
 
 
 @pytest.fixture(scope="module")
