@@ -1,6 +1,13 @@
 """What holds for all tests of a process."""
 
 import gc
+import signal
+
+
+def pytest_configure() -> None:
+    """Take Ctrl-C's signal, which a shell's background job ignores: tests interrupt themselves and commands with it."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_finish() -> None:
