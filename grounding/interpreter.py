@@ -193,7 +193,8 @@ class Interpretation:
         goal = self.goal.turned() if self.viewpoint == "opposite" else self.goal
         idle = self.parse.status == "refused" and REFUSALS["idle"] in self.parse.message
         text = self.parse.text
-        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text))
+        asks_place = self.question is not None and self.question.slot != OBJECT
+        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text), asks_place)
         found = self
         if counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
@@ -266,25 +267,28 @@ class Interpreter:
         self._substitute: Parser | None = None
         self.fallback = ""
 
-    def interpret(self, text: str, objects: Sequence[SceneObject | str | None] | None = None) -> Interpretation:
+    def interpret(
+        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, strictly: bool = False
+    ) -> Interpretation:
         """Interpret one instruction.
 
         Args:
             text: any string.
             objects: what is there, as for `select_objects`: names, or objects with what is known of them;
                 `None` if that is not known yet (`Interpretation.among` takes it later).
+            strictly: do without the goal network, which reads words that the grammar does not know.
         """
-        return self.interpret_many([text], objects)[0]
+        return self.interpret_many([text], objects, strictly)[0]
 
     def interpret_many(
-        self, texts: Sequence[str], objects: Sequence[SceneObject | str | None] | None = None
+        self, texts: Sequence[str], objects: Sequence[SceneObject | str | None] | None = None, strictly: bool = False
     ) -> list[Interpretation]:
         """Interpret many instructions about the same objects, faster than one by one; see `interpret`."""
         _ = self.parser  # loading it is not part of the time
         started = time.perf_counter()
         parses = self._parses(texts)
         seconds = (time.perf_counter() - started) / max(1, len(texts))
-        return [self._interpretation(parse, objects, seconds, fallback) for parse, fallback in parses]
+        return [self._interpretation(parse, objects, seconds, fallback, strictly) for parse, fallback in parses]
 
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
         """Interpret the next sentence of a conversation; see `grounding.dialogue.revise.revise`."""
@@ -377,7 +381,12 @@ class Interpreter:
         return self._substitute
 
     def _interpretation(
-        self, parse: Parse, objects: Sequence[SceneObject | str | None] | None, seconds: float, fallback: str
+        self,
+        parse: Parse,
+        objects: Sequence[SceneObject | str | None] | None,
+        seconds: float,
+        fallback: str,
+        strictly: bool,
     ) -> Interpretation:
         started = time.perf_counter()
         words = mentioned(parse.text) if parse.status != "refused" else ()
@@ -386,7 +395,7 @@ class Interpreter:
         found = Interpretation(
             parse, spec, parse.status, parse.message, self.viewpoint, words or None, seconds, fallback,
             parse.question, words=words, named=words, goal=_plain_goal(parse, spec, words), _reader=self._reader,
-            _encoder=self._encoder, _second=self._second,
+            _encoder=self._encoder, _second=None if strictly else self._second,
         )  # fmt: skip
         if objects is not None:
             return found.among(objects)

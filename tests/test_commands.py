@@ -5,6 +5,7 @@ import pty
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -44,6 +45,7 @@ def test_signals_reach_it(number, code, tmp_path):
     process.stdin.write("make a line\n")
     process.stdin.flush()
     process.stdout.readline()
+    time.sleep(0.3)  # a signal while it still writes the line would have it written again at the end
     process.send_signal(number)
     assert process.wait() == code
     assert process.stdout.read() == ""  # ends only when the command itself is gone

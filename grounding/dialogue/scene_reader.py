@@ -19,7 +19,9 @@ class _Interpreter(Protocol):
 
     viewpoint: str
 
-    def interpret(self, text: str, objects: Sequence[SceneObject | str | None] | None = None) -> Any: ...
+    def interpret(
+        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, strictly: bool = False
+    ) -> Any: ...
 
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision: ...
 
@@ -49,8 +51,13 @@ class SpokenReading:
 class GoalReader(Protocol):
     """Reads what the corrections of a goal are made of."""
 
-    def read(self, text: str) -> SpokenReading:
-        """Read a whole instruction about the objects of the scene."""
+    def read(self, text: str, strictly: bool = False) -> SpokenReading:
+        """Read a whole instruction about the objects of the scene.
+
+        Args:
+            text: the instruction.
+            strictly: refuse it where the grammar does not know every word; for sentences that were put together.
+        """
 
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
         """Revise one structure; see `grounding.dialogue.revise.revise`."""
@@ -70,9 +77,9 @@ class SceneReader:
     def __init__(self, interpreter: _Interpreter, objects: Sequence[SceneObject | str | None]) -> None:
         self._interpreter, self._objects = interpreter, objects
 
-    def read(self, text: str) -> SpokenReading:
-        """Read a whole instruction."""
-        found = self._interpreter.interpret(text, self._objects)
+    def read(self, text: str, strictly: bool = False) -> SpokenReading:
+        """Read a whole instruction; see `GoalReader.read`."""
+        found = self._interpreter.interpret(text, self._objects, strictly)
         goal = found.goal.turned() if self._interpreter.viewpoint == "opposite" else found.goal
         # Where the slots were read and are not what counts, the instruction holds more than they can.
         unused = any(found.parse.spec.to_dict().values()) and not any(found.spec.to_dict().values())

@@ -227,7 +227,7 @@ def _composed(part: StructurePart, said: str, text: GoalText, reader: GoalReader
     )
     fragment = re.sub(r"[ ,]+(?:instead|please|now)$", "", fragment)
     for sentence in (f"{base}, {fragment}", f"{base} {fragment}", f"{base}, with {fragment}"):
-        goal = reader.read(sentence).goal
+        goal = reader.read(sentence, strictly=True).goal
         if len(goal.parts) != 1 or not isinstance(goal.parts[0], StructurePart):
             continue
         read = goal.parts[0]

@@ -143,6 +143,7 @@ class FirstReading:
         requests: whether the instruction is worded as a request, and not like a question about the scene.
         idle: whether the parser of the five slots sees no arranging in it.
         excepts: whether it may leave something out.
+        asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
     """
 
     reading: GoalReading
@@ -151,6 +152,7 @@ class FirstReading:
     requests: bool
     idle: bool
     excepts: bool = False
+    asks_place: bool = False
 
     @property
     def plain(self) -> bool:
@@ -174,7 +176,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     reading = first.reading
     if second.goal is None or not first.requests or reading.work or reading.conditions:
         return False
-    if WEIGHTY & set(second.uncopied):
+    if WEIGHTY & set(second.uncopied) or first.asks_place:
         return False
     if first.status == "ok":
         if first.plain and (count is None or supports(second.goal, first.goal)):

@@ -47,6 +47,7 @@ class Drive(threading.Thread):
     def __init__(self, act) -> None:
         super().__init__(daemon=True)
         self._act, self.error = act, None
+        self._over = threading.Event()
 
     def run(self) -> None:
         try:
@@ -54,9 +55,13 @@ class Drive(threading.Thread):
         except BaseException as error:
             self.error = error
         finally:
-            os.kill(os.getpid(), signal.SIGINT)  # Ctrl-C in the terminal ends the chat
+            # Ctrl-C in the terminal ends the chat; while a prompt is being made it ends that alone, and is pressed again.
+            os.kill(os.getpid(), signal.SIGINT)
+            while not self._over.wait(5.0):
+                os.kill(os.getpid(), signal.SIGINT)
 
     def finish(self) -> None:
+        self._over.set()
         self.join(LONG)
         if self.error is not None:
             raise self.error
