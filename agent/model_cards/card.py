@@ -143,7 +143,8 @@ def _result(network: Network, path: Path) -> Facts:
     """Return what a report says about a network."""
     report = _json(path)
     try:
-        of_discriminators = any("discriminator" in evaluation for evaluation in report["evaluations"])
+        evaluations = [*report["evaluations"], *report.get("goals", ())]
+        of_discriminators = any("discriminator" in evaluation for evaluation in evaluations)
         read = (
             _parsing_rows
             if network.family in ("embedding", "goals", "llm")
@@ -151,7 +152,7 @@ def _result(network: Network, path: Path) -> Facts:
             if of_discriminators
             else _success_rows
         )
-        rows = read(network, report["evaluations"])
+        rows = read(network, evaluations)
         head = {"version": report["version"], "command": report.get("command", "structagent evaluate parse")}
     except (KeyError, TypeError) as error:
         raise BadInput(f"{path} is not a report of an evaluation that measures {network.name!r}") from error
