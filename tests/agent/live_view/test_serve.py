@@ -55,7 +55,7 @@ class Drive(threading.Thread):
         except BaseException as error:
             self.error = error
         finally:
-            # Ctrl-C in the terminal ends the chat; while a prompt is being made it ends that alone, and is pressed again.
+            # Ctrl-C in the terminal ends the chat; while a prompt is being made it ends that alone: press it again.
             os.kill(os.getpid(), signal.SIGINT)
             while not self._over.wait(5.0):
                 os.kill(os.getpid(), signal.SIGINT)
