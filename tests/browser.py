@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import json
-import shutil
 import subprocess
 import time
 import urllib.request
@@ -18,7 +17,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+from tests.dumped_page import installed_browser
+
 # Software rendering gives WebGL on machines without a graphics card.
 _OPTIONS = (
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--disable-extensions",
@@ -137,11 +137,8 @@ class Browser:
 @contextmanager
 def running_browser(folder: Path) -> Iterator[Browser]:
     """Run a browser with a profile of its own in `folder`; skip the test where there is none."""
-    program = next(filter(None, map(shutil.which, _NAMES)), None)
-    if program is None:
-        pytest.skip(f"no browser is installed; one of {', '.join(_NAMES)} is needed")
     process = subprocess.Popen(
-        [program, *_OPTIONS, f"--user-data-dir={folder}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [installed_browser(), *_OPTIONS, f"--user-data-dir={folder}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
         yield Browser(_port_of(folder, process))

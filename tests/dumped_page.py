@@ -13,6 +13,14 @@ _WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gp
 _WAIT = 120  # s
 
 
+def installed_browser() -> str:
+    """Return the path of a browser; skip the test where there is none."""
+    program = next(filter(None, map(shutil.which, _NAMES)), None)
+    if program is None:
+        pytest.skip(f"no browser is installed; one of {', '.join(_NAMES)} is needed")
+    return program
+
+
 def dumped_page(page: Path, *, webgl: bool = True, picture: Path | None = None) -> str:
     """Open a page from its file, run its scripts, and return its document as HTML.
 
@@ -21,9 +29,7 @@ def dumped_page(page: Path, *, webgl: bool = True, picture: Path | None = None) 
         webgl: whether the browser has WebGL.
         picture: a PNG file to write of what is seen, 1200 by 900 pixels; then the HTML is empty.
     """
-    program = next(filter(None, map(shutil.which, _NAMES)), None)
-    if program is None:
-        pytest.skip(f"no browser is installed; one of {', '.join(_NAMES)} is needed")
+    program = installed_browser()
     what = ("--dump-dom",) if picture is None else (f"--screenshot={picture}",)
     command = [
         program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run",

@@ -62,7 +62,6 @@ class NetworkReading:
     Attributes:
         goal: what was read, in the speaker's frame; `None` where nothing was, or it cannot be used.
         certainty: from 0 to 1.
-        answer: "nothing", "impossible" or "unclear" in place of a goal, or "".
         question: what has to be settled first, as which of two objects is meant.
         nouns: that chose the objects.
         described: whether more than nouns chose the objects.
@@ -72,7 +71,6 @@ class NetworkReading:
 
     goal: Goal | None = None
     certainty: float = 0.0
-    answer: str = ""
     question: Question | None = None
     nouns: tuple[str, ...] = ()
     described: bool = False
@@ -117,7 +115,7 @@ class SecondReader:
         try:
             found = parts_of(written, text)
             if found.answer:
-                return NetworkReading(certainty=written.certainty, answer=found.answer)
+                return NetworkReading(certainty=written.certainty)
             goal = WrittenReferences(found.parts, find, nouns, found.kept, text).goal()
         except ReadingQuestion as doubt:
             return NetworkReading(certainty=written.certainty, question=doubt.question)
@@ -127,7 +125,7 @@ class SecondReader:
         if contradiction(goal, known) or (known is not None and (infeasible(goal, known) or too_few(goal, len(known)))):
             return NetworkReading()
         return NetworkReading(
-            goal, written.certainty, "", None, tuple(dict.fromkeys(find.nouns)), find.described,
+            goal, written.certainty, None, tuple(dict.fromkeys(find.nouns)), find.described,
             tuple(dict.fromkeys(find.notes)), written.uncopied,
         )  # fmt: skip
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ import numpy as np
 from grounding.goal_network.decoder import POSITIONS, GoalDecoder
 from grounding.goal_network.legal_actions import Legal, legal_actions
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action
+from grounding.goal_reading.tokens import words_of
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -21,16 +21,10 @@ if TYPE_CHECKING:
 WEIGHTS = Path(__file__).parents[1] / "weights" / "goal_network"
 ENCODER_LAYER = 3  # of the six: the lower three stay as they are
 MOST_SAID = 100  # words; of longer instructions the network reads nothing
-_TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’-][^\W\d_]+)*|[^\s\w]")
 
 
 class GoalNetworkError(RuntimeError):
     """Weights of the goal network that cannot be used; the message is one sentence that says why."""
-
-
-def words_of(text: str) -> list[str]:
-    """Divide an instruction into words and marks of punctuation, in small letters."""
-    return [match.group().lower() for match in _TOKEN.finditer(text)]
 
 
 @dataclass(frozen=True)

@@ -159,3 +159,12 @@ def joined(text: str, words: list[str], spans: list[tuple[int, int]]) -> Words:
         starts.append(length)
         length += len(word) + 1
     return Words(text, tuple(words), tuple(spans), " ".join(words), (*starts, max(0, length - 1)))
+
+
+# Words with their apostrophes and hyphens, numbers, and single marks: the pieces that written goals copy.
+_PIECE = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’-][^\W\d_]+)*|[^\s\w]")
+
+
+def words_of(text: str) -> list[str]:
+    """Divide an instruction into words and marks of punctuation, in small letters."""
+    return [match.group().lower() for match in _PIECE.finditer(text)]

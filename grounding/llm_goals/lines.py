@@ -6,11 +6,11 @@ the instruction itself, so that the model copies and never invents. `goal_line` 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from grounding.goal_reading.tokens import words_of
 from grounding.goals.parts import DIRECTIONAL, EDGES, MOVE_DIRECTIONS, ORDER_KEYS, SHAPES_OF_KEY
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, X_POSITIONS, Y_POSITIONS
 
@@ -19,7 +19,6 @@ NO_GOAL = ("nothing", "impossible", "unclear")
 EVERYTHING = " (all)"
 MOST_PARTS, MOST_OBJECTS, MOST_WORDS = 6, 6, 8
 PLACED = (*DIRECTIONAL, "next to", "between", "on", "in")
-_TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’-][^\W\d_]+)*|[^\s\w]")
 _DIRECTION = {" up": "ascending", " down": "descending"}
 
 
@@ -40,8 +39,7 @@ class Said:
     @classmethod
     def of(cls, text: str, lengths: Sequence[str] = (), counts: Sequence[int] = ()) -> Said:
         """Divide a text into words; numbers and their units are parted, as the lengths must be."""
-        words = (match.group().lower() for match in _TOKEN.finditer(text))
-        return cls(tuple(w if w[0].isalnum() else None for w in words), tuple(lengths), tuple(counts))
+        return cls(tuple(w if w[0].isalnum() else None for w in words_of(text)), tuple(lengths), tuple(counts))
 
     @property
     def text(self) -> str:
