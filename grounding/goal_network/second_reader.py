@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from grounding.goal_network.parts import UnreadLengthError, parts_of
-from grounding.goal_network.writer import NetworkWriter
+from grounding.goal_network.writer import NetworkWriter, WrittenGoal
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.feasibility import infeasible, too_few
 from grounding.goal_reading.reader import GoalReading, more_than_plain
@@ -92,6 +92,7 @@ class SecondReader:
     encoder: SentenceEncoder | None = None
     opposite: bool = False
     _loaded: NetworkWriter | None = field(default=None, repr=False)
+    _last: tuple[str, WrittenGoal | None] | None = field(default=None, repr=False)
 
     def read(
         self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
@@ -103,7 +104,9 @@ class SecondReader:
         """
         if self._loaded is None:
             self._loaded = self.writer()
-        written = self._loaded.write(text)
+        if self._last is None or self._last[0] != text:  # a scene that is known later changes nothing here
+            self._last = text, self._loaded.write(text)
+        written = self._last[1]
         if written is None:
             return NetworkReading()
         there = None
