@@ -40,7 +40,7 @@ from grounding.references.selection import (
     select_objects,
 )
 from grounding.spec import StructureSpec
-from grounding.unsupported import checked
+from grounding.unsupported import checked, no_object
 from grounding.viewpoint import VIEWPOINTS, ViewpointError, turned
 
 if TYPE_CHECKING:
@@ -123,7 +123,8 @@ class Interpretation:
             question = Question(OBJECT, str(doubt), tuple(names[i] for i in doubt.indices))
             status, message, selected, named, selection = "ask", str(doubt), None, (), None
         except SelectionError as error:
-            status, message, question, selected, named, selection = "refused", str(error), None, None, (), None
+            message = no_object(self.parse.text, str(error))
+            status, question, selected, named, selection = "refused", None, None, (), None
         else:
             status, question = self.parse.status, self.parse.question
             message = "; ".join(filter(None, (self.parse.message, *selection.notes)))
@@ -153,7 +154,7 @@ class Interpretation:
         fallback = reading.fallback or self.fallback
         if found.status != "ok":
             return replace(
-                self, spec=StructureSpec(), status=found.status, message=found.message, question=found.question,
+                self, spec=StructureSpec(), status=found.status, message=no_object(self.parse.text, found.message), question=found.question,
                 objects=None, selection=None, named=(), goal=Goal(), seconds=seconds,
                 fallback=fallback,
             ), reading  # fmt: skip

@@ -2,8 +2,7 @@
 
 A parser of five slots forces other wishes into them: "tallest at the bottom" became a position on the table.
 Patterns over the sentence find such requests: an order of the objects, lengths and angles, how single objects are
-    turned,
-lines along an edge, corners without a name.
+turned, lines along an edge, corners without a name.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from grounding.lazy_pattern import LazyPattern
-from grounding.parse_result import OPEN, Parse, Question, shortened
+from grounding.parse_result import OPEN, Parse, Question, refusal, shortened
 from grounding.references.function_words import SHAPE_WORDS
 from grounding.references.lexicon import GROUPS
 from grounding.references.pattern_parts import (
@@ -133,6 +132,14 @@ _PIECES = {
     for shape, structure in STRUCTURES.items()
     if structure.pieces
 }
+_BUILT = re.compile(
+    r"\b(?:build|make|construct|form|create|erect|shape|assemble)(?: (?:me|us))? (?:an?|some kind of) (?:\w+ ){0,2}?(?P<what>\w+)"
+    r" (?:out of|from|using|with|of)\b"
+)
+_MEASURED = re.compile(
+    rf"\b(?:\d+|an?|one|{NUMBER}) (?:finger|thumb|hand|palm|fist|arm|shoulder|pencil)(?:'?s)?"
+    r" (?P<unit>width|breadth|length|span)s?\b"
+)
 CORNER = "corner"  # what a question about a corner asks for, in place of a slot
 # A corner by its name, as a question offers it: the positions of both slots.
 CORNERS: Mapping[str, tuple[str, str]] = {
@@ -175,6 +182,24 @@ def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
     if question is None:
         return parse
     return replace(parse, status="ask", message=question.text, question=question)
+
+
+def no_object(text: str, reason: str) -> str:
+    """Return the refusal of an instruction one of whose nouns is no object: a shape that nobody knows, as in "build a
+    staircase out of the cans", or a unit, as in "two finger widths apart"; otherwise the reason that is given.
+
+    Args:
+        text: the instruction.
+        reason: why it is refused, which quotes the noun of which nothing is there.
+    """
+    sentence = _normalized(text)
+    built = _BUILT.search(sentence)
+    if built is not None and f"names {built.group('what')!r};" in reason:
+        return refusal(text, "unbuildable", "").message
+    measured = _MEASURED.search(sentence)
+    if measured is not None and f"{measured.group('unit')!r};" in reason:
+        return f"{measured.group()!r} in {shortened(text)!r} is no length; units: mm, cm, m, inches, feet"
+    return reason
 
 
 def _normalized(text: str) -> str:

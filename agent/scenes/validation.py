@@ -208,5 +208,6 @@ class StandingObject:
         if read_name(first).head != read_name(self.model.category).head:
             words, number = re.fullmatch(r"(.*?)(\s*\d*)", first, re.DOTALL).groups()  # type: ignore[union-attr]
             first = f"{words} {self.model.category}{number if number[:1] in ('', ' ') else f' {number}'}"
-        color = self.placed.color if self.placed.color and not self.placed.color.startswith("#") else ""
+        color = self.placed.color or ""
+        color = "" if color.startswith("#") or color in first.lower().split() else color
         return " ".join(part for part in (color, f"{first},{rest}" if rest else first) if part)

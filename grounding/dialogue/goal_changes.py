@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
+from grounding.goals.part_numbers import renumbered
+from grounding.goals.parts import Objects, Part, PartReference, RelationPart
 
 Names = Sequence[str]
 
@@ -68,17 +69,6 @@ def only_parts(goal: Goal, kept: Collection[int]) -> Goal:
         for part in parts
     ]  # fmt: skip
     return Goal(tuple(renumbered(part, place) for part in parts))
-
-
-def renumbered(part: Part, place: Mapping[int, int]) -> Part:
-    """Return a part whose references to other parts have new numbers; `place` maps each old one to the new one."""
-
-    def mapped(objects: Objects | None) -> Objects | None:
-        return PartReference(place[objects.part]) if isinstance(objects, PartReference) else objects
-
-    if isinstance(part, StructurePart):
-        return part
-    return replace(part, objects=mapped(part.objects), reference=mapped(part.reference))
 
 
 def with_part(goal: Goal, number: int, part: Part) -> Goal:

@@ -49,7 +49,7 @@ WEIGHTY = frozenset(
 )
 # Words that do so where the grammar does not know them.
 WEIGHTY_IF_UNKNOWN = frozenset(
-    "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
+    "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless each per apiece respectively "
     "angle angled without never balance balanced letter letters word words spell tomorrow later yesterday minutes "
     "seconds hours touch touches touching contact something somehow space room".split()
 )
@@ -177,7 +177,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     reading = first.reading
     if second.goal is None or not first.requests or reading.work or reading.conditions:
         return False
-    if WEIGHTY & set(second.uncopied) or first.asks_place:
+    if WEIGHTY & set(second.uncopied) or first.asks_place or reading.paired:  # the network knows no pairs
         return False
     if first.status == "ok":
         if first.plain and (count is None or supports(second.goal, first.goal)):
@@ -235,8 +235,12 @@ def excepts(text: str) -> bool:
 
 
 def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
-    """Return the notes on a goal that is used: what it says itself, and the words that only the network read."""
-    if not first.residue:
+    """Return the notes on a goal that is used: what it says itself, and the words of which it holds nothing for certain.
+
+    Words that it copied, for objects or lengths, are in the goal that the user sees.
+    """
+    unread = [words for words in first.residue if set(re.findall(r"[^\W_]+", words.lower())) & set(second.uncopied)]
+    if not unread:
         return second.notes
-    listed = ", ".join(repr(shortened(words)) for words in dict.fromkeys(first.residue))
+    listed = ", ".join(repr(shortened(words)) for words in dict.fromkeys(unread))
     return (*second.notes, f"read without knowing {listed}: say so if this changes the wish")

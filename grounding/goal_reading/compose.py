@@ -13,10 +13,12 @@ from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.frame_objects import FrameObjects
 from grounding.goal_reading.members import ORDERED, is_member, ordered, other_end, spot_of
 from grounding.goal_reading.noun_phrase import NounPhrase
+from grounding.goal_reading.pairings import is_paired, pairs
 from grounding.goal_reading.places import Place
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.structure_keys import StructureKeys
 from grounding.goals.goal import Goal
+from grounding.goals.part_numbers import laid_around
 from grounding.goals.parts import Objects, PartReference, RelationPart
 from grounding.parse_result import Question, shortened
 
@@ -47,6 +49,7 @@ class Composer:
         self.known = antecedents_of(before, about)
         self._given = len(before.parts)  # parts whose keys may be said anew
         self.unread: list[str] = []
+        self.paired = False  # whether a relation holds one by one between objects
         self.notes: list[str] = []
         self.unused: list[NounPhrase] = []  # that are named, and of which nothing is said
         self.objects = FrameObjects(text, self.parts, references, self.known)
@@ -70,7 +73,8 @@ class Composer:
             at += 1 + (self._members(at) if len(self.parts) > number else 0)
         if self.known.unused is not None:
             self._unread(self.known.unused)
-        return Goal(tuple(made_part(part, self.parts, self.text, self.find, self.known.left_out) for part in self.parts))
+        goal = Goal(tuple(made_part(part, self.parts, self.text, self.find, self.known.left_out) for part in self.parts))
+        return laid_around(goal)
 
     def _unread(self, frame: Frame) -> None:
         words = " ".join(phrase.text for phrase in frame.objects) or " ".join(each.said for each in frame.predicates)
@@ -481,6 +485,7 @@ class Composer:
                 reference = reference[:2]
             if relation == "in the middle of":
                 relation = "between" if isinstance(reference, tuple) and len(reference) == 2 else relation
+                relation = "in" if isinstance(reference, PartReference) else relation
             if relation == "in the middle of":
                 raise ReadingError(
                     f"{each.said!r} is not understood in {shortened(self.text)!r}: say between which two objects"
@@ -497,6 +502,9 @@ class Composer:
             if objects is None and relation:
                 self._which(frame)
             distance = keys.distances.get(each.first)
+            if is_paired(frame, each) and self.find.count is not None and not self.find.catalogue:
+                self._paired(frame, each, distance)
+                continue
             if each.kind == "either side":
                 self._either_side(frame, each, objects, reference, distance)
                 continue
@@ -510,6 +518,12 @@ class Composer:
                     ("on", "behind", "in front of"),
                 )
             )
+
+    def _paired(self, frame: Frame, said: Predicate, distance: float | None) -> None:
+        """Put one object by each of several others: "a spoon in each mug"."""
+        self.paired = True
+        for one, other in pairs(frame, said, self.find, self.text):
+            self._add_relation(frame, RelationPart(said.value, (one,), (other,), distance))
 
     def _either_side(
         self, frame: Frame, said: Predicate, objects: Any, reference: Objects, distance: float | None

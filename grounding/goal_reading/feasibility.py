@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import StructurePart
+from grounding.goals.parts import PartReference, StructurePart
 
 # How many objects a shape needs (evaluation protocol).
 LEAST_OBJECTS = {
@@ -34,6 +34,8 @@ def infeasible(goal: Goal, names: Sequence[str]) -> str:
         else:
             under = part.reference if isinstance(part.reference, tuple) else ()
             carrying = part.relation == "on" and bool(set(under) & balls)
+            if part.relation == "in" and isinstance(part.reference, PartReference):
+                return f"{describe_part(part, names)!r} cannot be: an object can be in another one, or in the middle of a ring"
         if carrying:
             return f"{describe_part(part, names)!r} cannot stand: nothing stands on a ball"
     return ""

@@ -33,13 +33,11 @@ _NO_SUPERLATIVES = frozenset(
 )
 
 
-_SIDE_BY = r"(?:on|onto|in|into|inside|next to|beside|behind|in front of|between|by|at|for|near)"
 # What no goal can hold, however much of the rest is understood.
 _NEVER_HELD = re.compile(
     r"\b(?:(?:above|below|under|beneath|underneath|off|over) the (?:table|desk)"
     r"|(?:on|onto|in|into|inside|to|off|from) (?:the|my|your|a) (?:floor|ground|shelf|drawer|cupboard|cabinet|fridge|oven|sink|trash|garbage"
     r"|dishwasher|chair|sofa|closet|pocket|lap|stove|counter)"
-    rf"|(?:one|an?) \w+ {_SIDE_BY} (?:each|every)(?! (?:side|end|other)\b)|each \w+ {_SIDE_BY} (?:an?|one|its own)\b(?! (?:row|line|circle|side|pile|group|cluster|place|tower))"
     r"|between every two(?! (?:neighbou?rs?|of them|adjacent)\b)|(?<!left )(?<!right )(?<!front )(?<!back )(?<!near )(?<!far )(?:half|most|a third|a quarter|a part) of (?:the|my|these|those|them)(?! (?:table|desk|surface|row|way)\b)|(?:half|twice|(?:two|three|four|\d+) times) as \w+"
     r"|leaning(?! (?:over|back))|facing (?:each other|one another|inwards?|outwards?|the (?:cans?|cups?|bowl|plate|mug)))\b",
     re.IGNORECASE,
@@ -47,14 +45,18 @@ _NEVER_HELD = re.compile(
 
 
 def never_held(chunks: Sequence[Chunk]) -> tuple[str, ...]:
-    """Return the phrases that ask for what no goal can hold: "one cup on each can", "on the floor".
+    """Return the phrases that ask for what no goal can hold: "on the floor", "half of the cups".
 
     Args:
         chunks: of the instruction; what asides say is not looked at.
     """
+    return tuple(match.group() for match in _NEVER_HELD.finditer(without_asides(chunks)))
+
+
+def without_asides(chunks: Sequence[Chunk]) -> str:
+    """Return the words of an instruction with a bar in place of each aside."""
     asides = [chunk.kind == "mentioned" or (chunk.kind == "noise" and " " in chunk.said) for chunk in chunks]
-    text = " ".join("|" if aside else chunk.said for aside, chunk in zip(asides, chunks, strict=True))
-    return tuple(match.group() for match in _NEVER_HELD.finditer(text))
+    return " ".join("|" if aside else chunk.said for aside, chunk in zip(asides, chunks, strict=True))
 
 
 def lost_wishes(

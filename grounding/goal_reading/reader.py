@@ -17,8 +17,9 @@ from grounding.goal_reading.corrections import without_corrections
 from grounding.goal_reading.drafts import ImpossibleError
 from grounding.goal_reading.feasibility import infeasible
 from grounding.goal_reading.frames import Framer
-from grounding.goal_reading.lost_wishes import lost_wishes, never_held
+from grounding.goal_reading.lost_wishes import lost_wishes, never_held, without_asides
 from grounding.goal_reading.measures import lengths_of
+from grounding.goal_reading.pairings import paired_words
 from grounding.goal_reading.reports import without_reports
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
 from grounding.goal_reading.spelling import corrected
@@ -60,6 +61,7 @@ class GoalReading:
         work: verbs that ask for other work than placing objects.
         conditions: words that make a wish depend on something, or put it off.
         fallback: why this reader was used in place of the configured one, or "".
+        paired: whether a relation holds one by one between objects: "a spoon in each mug".
     """
 
     goal: Goal = Goal()
@@ -77,6 +79,7 @@ class GoalReading:
     work: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
     fallback: str = ""
+    paired: bool = False
 
     @property
     def complete(self) -> bool:
@@ -140,7 +143,8 @@ class GoalReader:
         find.remember(before.named_objects())
         composer = Composer(text, frames, find, before, about)
         known_there = None if catalogue else there
-        held = never_held(chunks) if known_there is not None else ()
+        paired = paired_words(without_asides(chunks)) if known_there is not None else ()
+        held = (*never_held(chunks), *paired) if known_there is not None else ()
         reading = GoalReading(
             residue=(*(chunk.said for chunk in framer.residue), *held),
             beyond=asks_beyond(chunks, frames),
@@ -165,12 +169,15 @@ class GoalReader:
         except ReadingQuestion as doubt:
             return replace(reading, question=doubt.question)
         except (ImpossibleError, UnjudgedError) as error:
-            return replace(reading, problem=str(error), beyond=True)
+            residue = tuple(words for words in reading.residue if not composer.paired or words not in paired)
+            return replace(reading, problem=str(error), beyond=True, residue=residue)
         except (ReadingError, SpecError, SelectionError) as error:
             return replace(reading, problem=_sentence(text, error))
+        if composer.paired:
+            held = tuple(words for words in held if words not in paired)
         reading = replace(
             reading,
-            residue=tuple(filter(None, (*reading.residue, *composer.unread))),
+            residue=(*(chunk.said for chunk in framer.residue), *held, *filter(None, composer.unread)),
             lost=_lost(framer, composer, known_there, held),
         )
         if problem:
@@ -182,6 +189,7 @@ class GoalReader:
             nouns=tuple(dict.fromkeys(find.nouns)),
             described=find.described,
             by_place=find.by_place,
+            paired=composer.paired,
             notes=tuple(dict.fromkeys((*find.notes, *composer.notes))),
         )
 

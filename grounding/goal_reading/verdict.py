@@ -137,10 +137,12 @@ def _which_edge(parse: Parse) -> Verdict:
 
 def not_understood(parse: Parse, words: tuple[str, ...]) -> Verdict:
     """Refuse an instruction because of words that nobody understood."""
-    listed = " and ".join(repr(each) for each in dict.fromkeys(map(shortened, words)))
+    listed = [repr(each) for each in dict.fromkeys(map(shortened, words))]
+    said = " and ".join(filter(None, (", ".join(listed[:-1]), listed[-1])))
+    are = "is" if len(listed) == 1 else "are"
     return Verdict(
         "refused",
-        f"{listed} in {shortened(parse.text)!r} is not understood; nothing is built before every part of it is clear",
+        f"{said} in {shortened(parse.text)!r} {are} not understood; nothing is built before every part of it is clear",
     )
 
 

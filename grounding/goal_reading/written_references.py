@@ -18,6 +18,7 @@ from grounding.goal_reading.phrase_references.phrase import PhraseGroup
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.tokens import split
 from grounding.goals.goal import Goal
+from grounding.goals.part_numbers import laid_around
 from grounding.goals.parts import StructurePart
 from grounding.references.candidates import SelectionError
 from grounding.references.phrases import ANY, Vocabulary
@@ -66,7 +67,7 @@ class WrittenReferences:
             raise
         except (ReadingError, SelectionError, SpecError) as error:
             raise UnusableGoalError(f"cannot be used: {error}") from error
-        return Goal(tuple(self._written_out(part) for part in goal.parts))
+        return laid_around(Goal(tuple(self._written_out(part) for part in goal.parts)))
 
     def _found(self) -> list[Any]:
         """Put objects in the place of words: each part, and the list of what is kept at last."""

@@ -28,6 +28,7 @@ _CLEAR = 0.01  # m of clear gap to everything that is not part of a block
 _COMFORTABLE = 0.03  # m of clear gap, from where on more is no better
 _WEIGHT_CLEAR, _WEIGHT_HIT = 0.5, 3.0  # of the clear gap, and of each thing in the way that would be set aside
 _BLOCKS_TRIED = 3  # blocks of one unit that are tried in one trial
+_REACHED = 0.8  # of the smallest radius of what carries several objects: within it their places are drawn
 _LEVELS = 0.004  # m by which heights may overlap where one thing is on another
 
 
@@ -157,6 +158,8 @@ class Placer:
             raise NoPlaceError(_why_not(unit, wishes, on_table, f"the {where}" if where else "the table"))
         score = np.minimum(margins, 1.0) + _WEIGHT_CLEAR * np.minimum(clear / _COMFORTABLE, 1.0)
         score -= _WEIGHT_HIT * np.array([len(hit) for hit in hits])
+        if self._shared(unit):  # the middle of a plate is best for one object, and leaves no room for a second
+            score += rng.uniform(0.0, 1.0, len(score))
         best = int(np.where(able, score, -np.inf).argmax())
         placement.bodies.update(block.bodies_at(origins[best]))
         placement.motions.update(block.motions_at(origins[best]))
@@ -171,6 +174,14 @@ class Placer:
             if bond.relation.carried and set(bond.members) <= set(unit.members):
                 carriers.update(bond.related)
         return carriers
+
+    def _shared(self, unit: Unit) -> bool:
+        """Return whether what carries a unit, other than a vessel, carries others of the goal's objects too."""
+        carriers = self._carriers(unit) if unit.vessel is None else set()
+        return any(
+            bond.relation.carried and set(bond.related) & carriers and not set(bond.members) <= set(unit.members)
+            for bond in self.bonds
+        )
 
     def _candidates(self, unit: Unit, block: Block, situation: Situation, rng: np.random.Generator) -> np.ndarray:
         """Draw candidate origins (C, 2): places that relations imply, places of the structure's thirds, and any other
@@ -188,6 +199,12 @@ class Placer:
             references = [situation.figure(members) for members in bond.references]
             centroids = bond.relation.sample(figure, references, bond.part, _PER_BOND, rng)
             drawn.append(centroids - figure.centroid)
+            if bond.relation.carried and self._shared(unit):
+                (reference,) = references
+                radius = _REACHED * np.linalg.norm(reference.outline - reference.centroid, axis=1).min()
+                angles, share = rng.uniform(0.0, 2 * np.pi, _PER_PLACE), np.sqrt(rng.uniform(size=_PER_PLACE))
+                around = (radius * share)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+                drawn.append(reference.centroid + around - figure.centroid)
             exact = exact or bond.relation.exact or bond.relation.carried
         if unit.part is not None and asks_for_a_place(unit.part):
             drawn.append(structure_places(situation, unit.part, block, _PER_PLACE, rng))

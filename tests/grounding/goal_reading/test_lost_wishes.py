@@ -103,7 +103,7 @@ def test_unclear_and_impossible_exceptions_are_refused(interpreter, text):  # no
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("put one cup on each can", "one cup on each"), ("put a can between every two cups", "between every two"),
+        ("one cup per can", "one cup per"), ("put a can between every two cups", "between every two"),
         ("put the cans in a row under the table", "under the table"), ("put the cans on the floor", "on the floor"),
         ("stack the cans but leave them leaning", "leaning"), ("put half of the cups on the left", "half of the"),
         ("put the cups in a circle half as big", "half as big"), ("glorp on the left, white cup on the right", "glorp"),

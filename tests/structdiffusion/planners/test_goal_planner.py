@@ -174,6 +174,13 @@ def test_an_object_on_another_and_in_another():
     assert table.stands(best) and best.moved == (0, 2)
 
 
+def test_two_objects_share_what_carries_them():
+    # In its middle there is room for one of them only.
+    table = TableOf((block(0.16, 0.03, "tray"), 0.45, 0.1), (block(0.07), 0.3, -0.2), (block(0.06), 0.55, -0.2))
+    best = table.proposed(related("on", (1, 2), (0,)))[0]
+    assert table.stands(best) and best.moved == (1, 2)
+
+
 def test_a_long_spoon_leans_in_a_mug():
     spoon = solid("spoon", np.array([[x, y, z] for x in (-0.07, 0.07) for y in (-0.006, 0.006) for z in (0.0, 0.006)]))
     table = TableOf((procedural_object("mug", 1), 0.5, 0.1), (spoon, 0.35, -0.2))
