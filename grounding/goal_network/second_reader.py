@@ -22,6 +22,7 @@ from grounding.goal_reading.scene_references import ReadingQuestion, SceneRefere
 from grounding.goal_reading.written_references import UnusableGoalError, WrittenReferences
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
+from grounding.goals.parts import RelationPart
 from grounding.parse_result import Question, shortened
 from grounding.references.attributes import SceneObject
 from grounding.references.object_names import vocabulary
@@ -49,7 +50,7 @@ WEIGHTY = frozenset(
 )
 # Words that do so where the grammar does not know them.
 WEIGHTY_IF_UNKNOWN = frozenset(
-    "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless each per apiece respectively "
+    "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
     "angle angled without never balance balanced letter letters word words spell tomorrow later yesterday minutes "
     "seconds hours touch touches touching contact something somehow space room".split()
 )
@@ -177,8 +178,10 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     reading = first.reading
     if second.goal is None or not first.requests or reading.work or reading.conditions:
         return False
-    if WEIGHTY & set(second.uncopied) or first.asks_place or reading.paired:  # the network knows no pairs
+    if WEIGHTY & set(second.uncopied) or first.asks_place:
         return False
+    if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
+        return False  # the network knows no pairs
     if first.status == "ok":
         if first.plain and (count is None or supports(second.goal, first.goal)):
             return False

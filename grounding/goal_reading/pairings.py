@@ -15,14 +15,14 @@ _RELATIONS = ("relation", "apart")
 _EACH = ("each", "every")
 _ONE = ("a", "an", "one", "another")
 _SIDE_BY = (
-    r"(?:on|on top of|onto|in|into|inside|next to|beside|behind|in front of|between|by|at|for|near"
-    r"|(?:to the )?(?:left|right) of)"
+    r"(?:on|on top of|onto|in|into|inside|next to|beside|behind|in front of|near|(?:to the )?(?:left|right) of)"
 )
 # What may be said between the objects and the relation: "each can (should stand) (10 cm) behind a cup".
-_WORDS = r"(?:\w+ ){1,6}?"
+_WORDS = r"(?:\w+ ){1,5}?"
+_NO_OBJECT = r"(?! (?:side|end|other|pair|colour|color|kind|type|row|line|circle|pile|group|cluster|place|tower))"
 _PAIRED = re.compile(
-    rf"\b(?:(?:one|an?) {_WORDS}{_SIDE_BY} (?:each|every)(?! (?:side|end|other)\b)"
-    rf"|(?:each|every) {_WORDS}{_SIDE_BY} (?:an?|one|its own)\b(?! (?:row|line|circle|side|pile|group|cluster|place|tower))"
+    rf"\b(?:(?:one|an?) (?:{_WORDS}{_SIDE_BY}|\w+ (?:by|at|for|between)) (?:each|every)\b{_NO_OBJECT}"
+    rf"|(?:each|every) (?:{_WORDS}{_SIDE_BY}|\w+ (?:by|at|for|between)) (?:an?|one|its own)\b{_NO_OBJECT}"
     r"|(?:one|an?) \w+ (?:per|apiece)\b)",
     re.IGNORECASE,
 )

@@ -61,7 +61,7 @@ class GoalReading:
         work: verbs that ask for other work than placing objects.
         conditions: words that make a wish depend on something, or put it off.
         fallback: why this reader was used in place of the configured one, or "".
-        paired: whether a relation holds one by one between objects: "a spoon in each mug".
+        paired: whether a relation is asked for that holds one by one between objects: "a spoon in each mug".
     """
 
     goal: Goal = Goal()
@@ -152,6 +152,7 @@ class GoalReader:
             lost=_lost(framer, composer, known_there, held),
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
             conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
+            paired=bool(paired),
         )
         if (choice := alternatives(chunks)) is not None:
             words = f"{choice[0].said} or {choice[1].said}"
@@ -189,7 +190,6 @@ class GoalReader:
             nouns=tuple(dict.fromkeys(find.nouns)),
             described=find.described,
             by_place=find.by_place,
-            paired=composer.paired,
             notes=tuple(dict.fromkeys((*find.notes, *composer.notes))),
         )
 

@@ -21,7 +21,7 @@ from grounding.goal_network.second_reader import (
 from grounding.goal_network.writer import NetworkWriter
 from grounding.goal_reading.reader import GoalReading
 from grounding.goals.goal import Goal
-from grounding.goals.parts import StructurePart
+from grounding.goals.parts import RelationPart, StructurePart
 from grounding.interpreter import Interpreter
 
 TOWER = Goal((StructurePart("tower", objects=(0, 1)),))
@@ -38,7 +38,15 @@ def read(goal=TRIANGLE, certainty=1.0):
 def test_a_certain_goal_stands_in_for_a_refusal_because_of_unknown_words():
     assert counts(read(certainty=CERTAIN), REFUSED, 3)
     assert not counts(read(certainty=CERTAIN - 0.01), REFUSED, 3)
-    assert notes_of(read(), UNKNOWN) == ("read without knowing 'egypt': say so if this changes the wish",)
+    aside, copied = replace(read(), uncopied=("in", "egypt")), replace(read(), uncopied=("in",))
+    assert notes_of(aside, UNKNOWN) == ("read without knowing 'egypt': say so if this changes the wish",)
+    assert notes_of(copied, UNKNOWN) == ()  # what it copied is in the goal that the user sees
+
+
+def test_goals_of_single_objects_are_not_taken_where_each_gets_its_own():
+    beside = Goal((RelationPart("behind", (0, 1), (2,)),))
+    each = replace(REFUSED, reading=replace(UNKNOWN, paired=True))
+    assert not counts(read(beside), each, 3) and counts(read(), each, 3)
 
 
 @pytest.mark.parametrize(
