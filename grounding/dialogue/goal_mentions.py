@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from grounding.dialogue.goal_changes import objects_of, references_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.references.attributes import TELLING_ADJECTIVES, SceneObject
+from grounding.references.attributes import TELLING_ADJECTIVES, SceneObject, is_color
 from grounding.references.candidates import Candidates
 from grounding.references.mentions import read_mentions
 from grounding.references.object_names import read_name, vocabulary
@@ -22,6 +22,12 @@ if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 Span = tuple[int, int]
+# Noun -> the shape that it names.
+SHAPE_OF_NOUN = {
+    noun: shape
+    for shape, words in STRUCTURES.items()
+    for noun in (shape, *words.words.nouns, *words.words.never_objects)
+}  # fmt: skip
 _COUNTS = {word: number for number, words in enumerate(
     ("1 one first "
      "1st", "2 two second 2nd", "3 three third 3rd", "4 four fourth 4th", "5 five fifth 5th", "6 six sixth 6th",
@@ -32,18 +38,17 @@ _NUMBERED = re.compile(
     rf"\(?\bparts? (?P<counts>(?:number )?(?:\d+|{_COUNT})(?:(?:,| and|, and) (?:\d+|{_COUNT}))*)\b\)?"
 )
 _ORDINAL = re.compile(rf"\b(?:the |that )?(?P<count>{_COUNT}|last) (?:part|one|structure|thing|goal)\b(?! of)")
-_ALL = re.compile(r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)"
-                  r"|each(?: of them| part)?|all the "
-                  r"parts|both parts|every part)\b")  # fmt: skip
-# Noun -> the shape that it names.
-SHAPE_OF_NOUN = {
-    noun: shape
-    for shape, words in STRUCTURES.items()
-    for noun in (shape, *words.words.nouns, *words.words.never_objects)
-}  # fmt: skip
+_SHAPE_NOUN = "|".join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))
+_ORDINAL_SHAPE = re.compile(
+    rf"\b(?:the |that )?(?P<count>first|second|third|fourth|fifth|last) (?P<noun>{_SHAPE_NOUN})\b"
+)
+_ALL = re.compile(
+    r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)|each(?: of them| part)?"
+    r"|all the parts|both parts|every part)\b"
+)
 _SHAPE = re.compile(
     rf"(?:\b(?:the|that|this|my|your|its|no) (?:(?!one\b)\w+ )?"
-    rf"|^)(?P<noun>{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})\b"
+    rf"|^)(?P<noun>{_SHAPE_NOUN})\b"
     rf"(?! (?:of|shape) (?:a|an) )"
 )
 _PLACED = re.compile(
@@ -120,6 +125,10 @@ class GoalText:
     def _candidates(self) -> Candidates:
         return Candidates(self.objects, self.encoder, False)
 
+    def about(self, goal: Goal) -> GoalText:
+        """Return the same sentence, about another goal."""
+        return GoalText(self.said, goal, self.objects, self.encoder)
+
     def kind(self, index: int) -> str:
         """Return what an object is: "cup" for "red cup" and "cup 2"."""
         return read_name(self.names[index]).head or self.names[index]
@@ -162,22 +171,33 @@ class GoalText:
             for match in _PLACED.finditer(self.said):
                 side = match["side"] or match["before"]
                 note(match, [n for n, part in enumerate(self.goal.parts) if getattr(part, "x_position", "") == side])
+        for match in _ORDINAL_SHAPE.finditer(self.said):
+            same = self._of_shape(SHAPE_OF_NOUN[match["noun"]])
+            place = len(same) - 1 if match["count"] == "last" else _COUNTS[match["count"]]
+            if len(same) > 1:
+                note(match, same[place : place + 1])
         for match in _SHAPE.finditer(self.said):
-            shape = SHAPE_OF_NOUN[match["noun"]]
-            numbers = [
-                n for n, part in enumerate(self.goal.parts)
-                if isinstance(part, StructurePart) and part.shape == shape and self._fits(n, match.group())
-            ]  # fmt: skip
+            numbers = [n for n in self._of_shape(SHAPE_OF_NOUN[match["noun"]]) if self._fits(n, match.group())]
             if numbers or match.start("noun") > match.start():  # "circle of radius 15 cm" is a new one
                 note(match, numbers)
         return sorted(found, key=lambda one: one.span)
 
+    def _of_shape(self, shape: str) -> list[int]:
+        """Return the numbers of the structures of a shape."""
+        return [
+            number for number, part in enumerate(self.goal.parts)
+            if isinstance(part, StructurePart) and part.shape == shape
+        ]  # fmt: skip
+
     def _fits(self, number: int, words: str) -> bool:
-        """Return whether a place or a size before the noun ("the left circle") is that of a part."""
+        """Return whether a place or a colour before the noun ("the left circle", "the red tower") is that of a part."""
         part = self.goal.parts[number]
         adjective = words.split()[-2] if len(words.split()) > 2 else ""
         if adjective in ("left", "right"):
             return getattr(part, "x_position", None) == adjective
+        if is_color(adjective):
+            known = [self.objects[index].attributes for index in objects_of(self.goal, part.objects)]
+            return all(each is not None and adjective in each.colors for each in known)
         return True
 
     def targets(self) -> tuple[int, ...] | None:

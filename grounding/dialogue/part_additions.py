@@ -7,9 +7,11 @@ from dataclasses import replace
 
 from grounding.dialogue.goal_changes import added, numbered, objects_of, with_part
 from grounding.dialogue.goal_mentions import GoalText
-from grounding.dialogue.goal_revision import GoalRevision, Turn, new_goal
+from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
+from grounding.dialogue.relation_edits import FILLERS
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, RelationPart, StructurePart
+from grounding.parse_result import Question
 from grounding.spec import SLOTS, SpecError
 
 _ADDING = re.compile(
@@ -21,6 +23,7 @@ _ADDING = re.compile(
 )
 _ADDED = re.compile(r"[ ,]+(?:too|as well|also|in addition|on top of that|afterwards|after that)$")
 ALL_THERE = re.compile(r"\b(?:everything|all|rest|others?|remaining|objects|things|items)\b", re.IGNORECASE)
+_SAYING_NOTHING = FILLERS - frozenset("on in by with from up out over to at into".split())
 _PRONOUN = re.compile(r"\b(?:it|them|they|that)\b")
 
 
@@ -39,6 +42,8 @@ def addition(turn: Turn) -> GoalRevision | None:
             return None
         return GoalRevision(goal, "ok", "add", "", tuple(range(len(turn.last.parts), len(goal.parts))))
     read = turn.reader.read(rest)
+    if (joined := _joined(turn, rest)) is not None:
+        return joined
     if read.status != "ok" or not read.goal.parts:
         found = new_goal(turn.last, read, rest)
         return replace(found, kind="add", choices=tuple(f"also {text}" for text in found.choices))
@@ -53,12 +58,39 @@ def addition(turn: Turn) -> GoalRevision | None:
     except GoalError as error:
         message = f"that cannot be added: {error}; say “instead” to replace a part"
         return GoalRevision(turn.last, "refused", "add", message, read=read)
+    if (moved := _placed_as_well(turn, new)) is not None:
+        return moved
     if twice := _placed_twice(turn, new):
         where = numbered(turn.last, twice[1], turn.said.names)
         message = f"{turn.said.names[twice[0]]} has a place already, in {where}; say “instead” to replace that"
         return GoalRevision(turn.last, "refused", "add", message, read=read)
     numbers = tuple(range(len(turn.last.parts), len(goal.parts)))
     return GoalRevision(goal, "ok", "add", read.message, numbers, read=read)
+
+
+def _joined(turn: Turn, rest: str) -> GoalRevision | None:
+    """Return the goal in which a relation takes further objects, "the hammer too", or the question which one does.
+
+    Returns:
+        `None` where more than objects is said, or a structure may be meant.
+    """
+    said = GoalText(rest, turn.last, turn.said.objects, turn.said.encoder)
+    named = tuple(dict.fromkeys(index for one in said.mentions for index in one.indices))
+    if not named or not all(one.indices for one in said.mentions) or set(named) & set(turn.last.named_objects()):
+        return None
+    if said.left_over([one.span for one in said.mentions], _SAYING_NOTHING):
+        return None
+    options, choices = [], list[Goal | str]()
+    for number, part in enumerate(turn.last.parts):
+        if not isinstance(part, RelationPart) or not isinstance(part.objects, tuple) or part.relation == "swapped":
+            return None
+        options.append(numbered(turn.last, number, turn.said.names))
+        choices.append(with_part(turn.last, number, replace(part, objects=(*part.objects, *named))))
+    if len(choices) == 1:
+        return GoalRevision(choices[0], "ok", "add", "", (0,))  # type: ignore[arg-type]
+    names = " and ".join(turn.said.names[index] for index in named)
+    question = Question(PART, f"which part should {names} join: {'; '.join(options)}?", tuple(options))
+    return GoalRevision(turn.last, "ask", "add", question.text, question=question, choices=tuple(choices))
 
 
 def merged(turn: Turn, new: Goal) -> GoalRevision | None:
@@ -73,6 +105,18 @@ def merged(turn: Turn, new: Goal) -> GoalRevision | None:
                 return GoalRevision(with_part(turn.last, number, replace(other, **values)), "ok", changed=(number,))
             except SpecError as error:
                 return GoalRevision(turn.last, "refused", message=str(error))
+    return None
+
+
+def _placed_as_well(turn: Turn, new: Goal) -> GoalRevision | None:
+    """Return the goal in which an object goes where others do: "the can at the back as well" moves it from the front."""
+    part = new.parts[0]
+    if len(new.parts) != 1 or not isinstance(part, RelationPart) or part.relation != "at":
+        return None
+    for number, other in enumerate(turn.last.parts):
+        same = set(objects_of(turn.last, other.objects)) == set(objects_of(new, part.objects))
+        if isinstance(other, RelationPart) and other.relation == "at" and same:
+            return GoalRevision(with_part(turn.last, number, part), "ok", "edit", "", (number,))
     return None
 
 

@@ -48,7 +48,7 @@ def _pieces(turn: Turn) -> list[str]:
     pieces = [piece for piece in re.split(r" *[,;] *(?:and |but )?| (?:and|but) ", turn.said.said) if piece]
     about = [GoalText(piece, turn.last, turn.said.objects, turn.said.encoder).targets() for piece in pieces]
     distinct = len(pieces) > 1 and all(about) and len({targets for targets in about}) == len(pieces)
-    return pieces if distinct and all(len(piece.split()) > 2 for piece in pieces) else [turn.said.said]
+    return pieces if distinct and all(len(piece.split()) > 1 for piece in pieces) else [turn.said.said]
 
 
 def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
@@ -99,6 +99,8 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
 
 def _change_of(turn: Turn, number: int, said: GoalText) -> tuple[Goal, str, Question | None] | None:
     """Return the goal with a change of one part, what must be said, and what must be asked."""
+    if (some := _some_of(turn, number, said)) is not None:
+        return _change_of(turn.after(some, said.said), len(some.parts) - 1, said.about(some))
     try:
         change = _by_rules(turn, number, said)
     except (CannotApplyError, SpecError):
@@ -109,6 +111,23 @@ def _change_of(turn: Turn, number: int, said: GoalText) -> tuple[Goal, str, Ques
         goal = _continued(turn, number, said)
         return change if goal is None else (goal, "", None)
     return change
+
+
+def _some_of(turn: Turn, number: int, said: GoalText) -> Goal | None:
+    """Return the goal in which a relation of several objects is two, where a sentence speaks of some of them only.
+
+    "The red pen in the other mug": the blue pen stays where it was asked to go.
+    """
+    part = turn.last.parts[number]
+    if not isinstance(part, RelationPart) or not isinstance(part.objects, tuple) or part.relation == "swapped":
+        return None
+    named = {index for one in said.mentions for index in one.indices}
+    some = tuple(index for index in part.objects if index in named)
+    if said.parts or not some or len(some) == len(part.objects):
+        return None
+    others = tuple(index for index in part.objects if index not in some)
+    goal = with_part(turn.last, number, replace(part, objects=others))
+    return Goal((*goal.parts, replace(part, objects=some)))
 
 
 def _continued(turn: Turn, number: int, said: GoalText) -> Goal | None:

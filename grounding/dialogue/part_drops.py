@@ -12,7 +12,7 @@ from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Part
+from grounding.goals.parts import Part, StructurePart
 from grounding.parse_result import Question
 
 _POLITE = (
@@ -20,12 +20,15 @@ _POLITE = (
     r"|i want to)[ ,]+)*"
 )
 _DROP = re.compile(
-    rf"^{_POLITE}(?:drop|remove|delete|forget(?: about)?|lose|ditch|cancel|skip|scrap|undo|without|never ?mind|not"
+    rf"^{_POLITE}(?:drop|remove|delete|forget(?: about)?|lose|ditch|cancel|skip|scrap|scratch|nix|undo|without|never ?mind|not"
     rf"|no(?: more)?"
     r"|omit|leave (?:out|off)|get rid of|take (?:away|out|off)|i (?:do not|don't) (?:want|need)"
     r"|we (?:do not|don't) need)\b"
 )
-_DROPPED = re.compile(r"\b(?:can go|has to go|must go|is not needed|are not needed|isn't needed|away|out)$")
+_DROPPED = re.compile(
+    r"\b(?:can go|has to go|must go|is not needed|are not needed|isn't needed|away|out)"
+    r"(?: (?:again|now|then|please|of (?:it|there|them)))*$"
+)
 _LEFT = re.compile(
     rf"^{_POLITE}(?:leave|keep|let)\b(?=.* (?:where (?:it|they|that) (?:is|are|was|were)"
     rf"|(?:as|like) (?:it|they) (?:is|are)|alone"
@@ -36,7 +39,7 @@ _KEEP = re.compile(rf"^{_POLITE}(?:(?P<only>only|just|nothing but)|(?:but )?(?:k
 _ONLY_BEHIND = re.compile(r"\b(?:only|alone|nothing else)$")
 _MORE_THAN_DROPS = re.compile(r"\b(?:with|instead|add|plus|but)\b")
 _FILLERS = FILLERS | frozenset(
-    "drop remove delete forget about lose ditch cancel skip scrap undo without never mind nevermind no more "
+    "drop remove delete forget about lose ditch cancel skip scrap scratch nix undo without never mind nevermind no more "
     "omit leave out off get rid take away don't do not want need we keep only just nothing alone where was "
     "were as like touch use build else peace needed isn't go can completely entirely altogether again after "
     "all too either anymore any more nor neither".split()
@@ -129,7 +132,14 @@ def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Go
     meant = {index for said in text.mentions for index in said.indices}
     goal, numbers = text.goal, set[int]()
     for number, part in enumerate(goal.parts):
+        if isinstance(part, StructurePart) and part.around is not None and set(part.around) <= meant:
+            goal = Goal((*goal.parts[:number], replace(part, around=None), *goal.parts[number + 1 :]))
+            continue
         own = objects_of(goal, part.objects)
+        if part.objects is None:  # everything that no other part names
+            elsewhere = {one for one in goal.named_objects() if isinstance(one, int)}
+            own = tuple(index for index in range(len(text.objects)) if index not in elsewhere)
+            part = replace(part, objects=own)
         if number in gone or not meant & set(own):
             continue
         if set(own) <= meant:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
+from dataclasses import replace
 
 from grounding.dialogue.goal_changes import added, exchanged, numbered, objects_of, with_part, without_parts
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.scene_reader import SpokenReading
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError, PartReference, RelationPart, StructurePart
+from grounding.goals.parts import GoalError, Part, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, Question
 
+_INSTEAD = re.compile(r"\b(?:instead|rather)\b")
 _EXCHANGING = FILLERS - frozenset("also so then on in by with from up out over".split())
 
 
@@ -27,11 +30,20 @@ def replaced(turn: Turn, read: SpokenReading) -> GoalRevision | None:
         same = [n for n, other in enumerate(turn.last.parts) if set(objects_of(turn.last, other.objects)) == own]
         if len(same) != 1 or any(isinstance(each, PartReference) for each in _ends(part)):
             return None
-        goal = with_part(goal, same[0], part)
+        instead = _INSTEAD.search(turn.said.said) is not None
+        goal = with_part(goal, same[0], _at_its_place(part, turn.last.parts[same[0]]) if instead else part)
         changed.append(same[0])
     if len(goal.parts) == 1:
         return None
     return GoalRevision(goal, "ok", "edit", read.message, tuple(changed), read=read)
+
+
+def _at_its_place(part: Part, old: Part) -> Part:
+    """Return a structure that stands where the one before it should, unless it has a place of its own."""
+    placed = isinstance(part, StructurePart) and (part.x_position or part.y_position)
+    if not isinstance(part, StructurePart) or not isinstance(old, StructurePart) or placed:
+        return part
+    return replace(part, x_position=old.x_position, y_position=old.y_position)
 
 
 def which_is_replaced(turn: Turn, read: SpokenReading) -> GoalRevision:
@@ -60,6 +72,13 @@ def which_object_goes(turn: Turn) -> GoalRevision | None:
     goes = [one for one in turn.last.named_objects() if isinstance(one, int)]
     if comes in goes:
         return None
+    only = turn.last.parts[0] if len(turn.last.parts) == 1 else None
+    if isinstance(only, RelationPart) and only.relation != "swapped" and len(_ends(only)[0]) == 1:  # type: ignore[arg-type]
+        goes = goes[:1]  # of one relation what is placed is meant, and not what it is placed by
+        with suppress(GoalError):
+            goal = Goal((exchanged(only, {goes[0]: comes}),))
+            note = f"{turn.said.names[comes]} in place of {turn.said.names[goes[0]]}"
+            return GoalRevision(goal, "ok", "edit", note, (0,))
     options, choices = [], list[Goal | str]()
     for index in goes:
         with suppress(GoalError):

@@ -204,7 +204,7 @@ PATTERNS: list[tuple[LazyPattern, str, str, int | None]] = [
         (rf"(?:{_BIT} |even |still |some )?{_LARGER}", "size", "step", 1),
         (rf"(?:{_BIT} |even |still |some )?{_SMALLER}", "size", "step", -1),
         (
-            rf"(?:spread|space|fan|stretch|move|pull|push|take)(?: {_IT})? (?:out|apart)"
+            rf"(?:(?:spread|space|fan|stretch|move|pull|push)(?: {_IT})? (?:out|apart)|take(?: {_IT})? apart)"
             rf"(?: {_MUCH}| {_BIT}| more| some| further| farther| wider)*",
             "size",
             "step",

@@ -10,9 +10,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from grounding.dialogue.goal_changes import listed, objects_of
+from grounding.dialogue.goal_changes import added, listed, objects_of
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, anew, new_goal
+from grounding.dialogue.interjections import without_interjections
 from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged
 from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
@@ -26,6 +27,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
+from grounding.references.phrases import ANY
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
@@ -43,6 +45,11 @@ _BESIDE_IT = re.compile(
 )
 _OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
+_BARE_NUMBER = re.compile(
+    r"(?:(?:no|nope|actually|please|just|now|then)[ ,]+)*(?:make|say) (?:it|that|them) (?:about )?\d+(?:\.\d+)?[ .!]*",
+    re.IGNORECASE,
+)
+_LENGTHS = re.compile(r"\d cm\b")
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
     r"(?: (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?))?"
@@ -70,6 +77,7 @@ def revise_goal(
         stands: for each part what the arrangement that was shown realises of it; may be shorter than the parts.
         built: whether the last goal stands on the table: a move then goes on from where it ended.
     """
+    text = _with_unit(without_interjections(text), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
     turn = Turn(last, text, said, reader, stands, built)
     spec = last.plain_spec if last.parts else StructureSpec()
@@ -80,6 +88,11 @@ def revise_goal(
     return _revision(turn)
 
 
+def _with_unit(text: str, last: Goal) -> str:
+    """Return "make it 8" with the unit of the length that it changes: in centimetres where the goal has a length."""
+    return f"{text.rstrip(' .!')} cm" if _BARE_NUMBER.fullmatch(text.strip()) and _LENGTHS.search(str(last)) else text
+
+
 def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
     """Revise a goal of one plain structure, or none: as before, unless the sentence asks for more than it can hold."""
     last, text = turn.last, turn.text
@@ -88,9 +101,12 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
         extended = _added_to_plain(turn, plain)
         if extended is not None:
             return extended
+    absent = [one.mention.noun for one in turn.said.mentions if not one.indices and one.mention.noun != ANY]
+    if absent and (plain.kind, plain.status) == ("edit", "ok"):
+        return GoalRevision(last, "refused", message=f"there is no {absent[0]!r} here; nothing was changed")
     read = _read_whole(turn, text)
     if read.goal.parts and read.goal.plain_spec is None:
-        return anew(turn, read)
+        return _of_its_own_objects(turn, read) or anew(turn, read)
     whole_sentence = plain.kind == "new" or not last.parts
     instructs = whole_sentence and bool(turn.said.mentions or _orders(turn))
     if instructs and read.status == "ok" and read.goal.parts and not _same_plain(turn, plain, read):
@@ -101,6 +117,46 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
     if read.status != "ok" and counts:
         return new_goal(last, read, text)
     return GoalRevision(last, plain.status, plain.kind, plain.message, plain=plain)
+
+
+def _of_its_own_objects(turn: Turn, read: SpokenReading) -> GoalRevision | None:
+    """Return what a phrase without a verb says of the structure that is there: "around the plate", "the milk on the left".
+
+    Returns:
+        The changed goal, or a refusal where it says something of single objects of the structure; `None` where it
+        names objects of its own.
+    """
+    if not turn.last.parts or _orders(turn) or ALL_THERE.search(turn.text):
+        return None
+    if any(part.objects is None for part in read.goal.structures):
+        edit = edited(turn)
+        return edit if edit is not None and edit.status in ("ok", "ask") else _refused(turn, None)
+    if not _is_new(turn):  # "the biggest in the middle"
+        edit = edited(turn)
+        return edit if edit is not None and edit.status in ("ok", "ask") else _refused(turn, None)
+    own = turn.last.parts[0].objects
+    named = {one for part in read.goal.parts for one in objects_of(read.goal, part.objects)}
+    own = set(range(len(turn.said.objects)) if own is None else objects_of(turn.last, own))
+    if named and named < own:
+        return _refused(turn, None)  # to take them out of the structure is another wish than to place them in it
+    return None
+
+
+def _said_besides(turn: Turn, read: SpokenReading) -> GoalRevision | None:
+    """Return the goal with what a phrase without a verb says of other objects: "and" is left out in a list of wishes."""
+    new = {one for part in read.goal.parts for one in objects_of(read.goal, part.objects)}
+    old = {one for part in turn.last.parts for one in objects_of(turn.last, part.objects)}
+    open_ = any(part.objects is None for goal in (read.goal, turn.last) for part in goal.structures)
+    if turn.built or _orders(turn) or open_ or not new or new & old:
+        return None
+    if not _is_new(turn):
+        return None
+    try:
+        goal = added(turn.last, read.goal)
+    except GoalError:
+        return None
+    numbers = tuple(range(len(turn.last.parts), len(goal.parts)))
+    return GoalRevision(goal, "ok", "add", read.message, numbers, read=read)
 
 
 def _same_plain(turn: Turn, plain: Revision, read: SpokenReading) -> bool:
@@ -151,7 +207,7 @@ def _read_whole(turn: Turn, text: str) -> SpokenReading:
 
 def _is_new(turn: Turn) -> bool:
     """Return whether the sentence is an instruction of its own: it names its objects, and speaks of nothing else."""
-    return not _corrects(turn) and bool(turn.said.mentions)
+    return not _corrects(turn) and any(one.mention.noun != ANY for one in turn.said.mentions)
 
 
 def _revision(turn: Turn) -> GoalRevision:
@@ -181,7 +237,11 @@ def _revision(turn: Turn) -> GoalRevision:
         instead = merged(turn, read.goal) or replaced(turn, read)
         if instead is not None:
             return instead
-        return which_is_replaced(turn, read) if _REPLACING.search(turn.said.said) else anew(turn, read)
+        if _REPLACING.search(turn.said.said):
+            return which_is_replaced(turn, read)
+        if turn.said.mentions and not _orders(turn) and all(one.mention.noun == ANY for one in turn.said.mentions):
+            return edit or _refused(turn, None)  # "with the tallest on the right" is no goal of its own
+        return _said_besides(turn, read) or anew(turn, read)
     if read.status == "ask" and read.question is not None and not corrects:
         return new_goal(turn.last, read, turn.text)
     edit = edit or edited(turn)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 
 from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText, Span
+from grounding.dialogue.order_edits import extreme_at_an_end
 from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError, has_metric_size, length_change
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.revise import Revision
@@ -88,6 +89,8 @@ def structure_change(
         if left := text.left_over([*spans, *subjects, match.span()], FILLERS):
             raise CannotApplyError(f"{' '.join(left)!r} was not understood")
         return StructureChange(replace(part, order=_reversed(part.order)))
+    if (ordered := extreme_at_an_end(part, text.said)) is not None:
+        return StructureChange(ordered)
     trouble: CannotApplyError | None = None
     try:
         by_length = length_change(part, text, spans)

@@ -242,7 +242,8 @@ def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
 
     Words that it copied, for objects or lengths, are in the goal that the user sees.
     """
-    unread = [words for words in first.residue if set(re.findall(r"[^\W_]+", words.lower())) & set(second.uncopied)]
+    uncopied = set(second.uncopied)
+    unread = [words for words in first.residue if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
     if not unread:
         return second.notes
     listed = ", ".join(repr(shortened(words)) for words in dict.fromkeys(unread))

@@ -1,4 +1,4 @@
-"""Read a relation that holds one by one between the objects of two kinds: "a spoon in each mug", "each can behind a cup"."""
+"""Read relations that hold one by one between objects: "a spoon in each mug", "each can behind a cup"."""
 
 from __future__ import annotations
 
@@ -59,11 +59,12 @@ def pairs(frame: Frame, said: Predicate, find: SceneReferences, text: str) -> li
     """
     placed, reference = frame.objects[0], said.reference[0]
     objects, others = list(find.find(placed)), list(find.find(reference))
-    words = " ".join((placed.text, said.said)) if said.said.endswith(reference.text) else f"{placed.text} {said.said} {reference.text}"
+    words = f"{placed.text} {said.said}" + ("" if said.said.endswith(reference.text) else f" {reference.text}")
     if not _single(placed) and not _single(reference):
         if len(objects) != len(others):
             raise ImpossibleError(
-                f"{words!r} in {shortened(text)!r} leaves open which goes where: there are {len(objects)} objects for {len(others)}; name them one by one"
+                f"{words!r} in {shortened(text)!r} leaves open which goes where: there are {len(objects)} objects for "
+                f"{len(others)}; name them one by one"
             )
         return list(zip(objects, others, strict=True))  # type: ignore[arg-type]
     if _each(placed):
@@ -74,7 +75,8 @@ def pairs(frame: Frame, said: Predicate, find: SceneReferences, text: str) -> li
         kind, needed, there = placed, len(others), len(objects)
     if there < needed:
         raise ImpossibleError(
-            f"{words!r} in {shortened(text)!r} needs {needed} of {kind.mention.noun!r}, one for each, and there are {there}"
+            f"{words!r} in {shortened(text)!r} needs {needed} of {kind.mention.noun!r}, one for each, "
+            f"and there are {there}"
         )
     return list(zip(objects, others, strict=False))  # type: ignore[arg-type]
 

@@ -112,6 +112,7 @@ class Continuation:
 
     def __init__(self, network: PreTrainedModel, seen: Any, tokens: Sequence[int]) -> None:
         self._network, self._seen, self._waiting = network, seen, list(tokens)
+        self._hidden: torch.Tensor | None = None  # the state behind the text that was read last
 
     def add(self, token: int) -> None:
         """Add a token to the text; the model reads it with the next question."""
@@ -122,12 +123,13 @@ class Continuation:
         import torch
 
         with torch.inference_mode():
-            hidden = self._network.base_model(
-                input_ids=torch.tensor([self._waiting]), past_key_values=self._seen, use_cache=True
-            ).last_hidden_state[0, -1]
-            self._waiting = []
+            if self._waiting or self._hidden is None:  # a second question behind the same text needs no reading
+                self._hidden = self._network.base_model(
+                    input_ids=torch.tensor([self._waiting]), past_key_values=self._seen, use_cache=True
+                ).last_hidden_state[0, -1]
+                self._waiting = []
             table = self._network.get_output_embeddings().weight
-            return table[list(tokens)].float() @ hidden.float(), int((table @ hidden).argmax()) in tokens
+            return table[list(tokens)].float() @ self._hidden.float(), int((table @ self._hidden).argmax()) in tokens
 
 
 class LocalLLM:
