@@ -176,7 +176,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         count: of objects in the scene; `None` if none is known.
     """
     reading = first.reading
-    if second.goal is None or not first.requests or reading.work or reading.conditions:
+    if second.goal is None or not first.requests or reading.work or reading.conditions or reading.never:
         return False
     if WEIGHTY & set(second.uncopied) or first.asks_place:
         return False

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import PartReference, StructurePart
+from grounding.goals.parts import PartReference, RelationPart, StructurePart
 
 # How many objects a shape needs (evaluation protocol).
 LEAST_OBJECTS = {
@@ -14,6 +14,7 @@ LEAST_OBJECTS = {
     "cross": 5, "pyramid": 3,
 }  # fmt: skip
 
+_PIECES = frozenset("plate saucer bowl fork knife spoon cup mug glass".split())
 _BALLS = frozenset(
     "ball balls baseball softball football basketball golfball volleyball racquetball tennisball marble".split()
 )
@@ -26,6 +27,8 @@ def infeasible(goal: Goal, names: Sequence[str]) -> str:
         goal: the goal.
         names: of the scene's objects, by index.
     """
+    if taken := _taken_out_of_a_setting(goal, names):
+        return taken
     balls = {i for i, name in enumerate(names) if _BALLS & set(name.lower().split())}
     for part in goal.parts:
         if isinstance(part, StructurePart):
@@ -38,6 +41,18 @@ def infeasible(goal: Goal, names: Sequence[str]) -> str:
                 return f"{describe_part(part, names)!r} cannot be: an object can be in another one, or in the middle of a ring"
         if carrying:
             return f"{describe_part(part, names)!r} cannot stand: nothing stands on a ball"
+    return ""
+
+
+def _taken_out_of_a_setting(goal: Goal, names: Sequence[str]) -> str:
+    """Say which piece of a table setting is placed for itself: "set the table but put the fork on the right"."""
+    if not any(part.shape == "table setting" for part in goal.structures):
+        return ""
+    for part in goal.parts:
+        if isinstance(part, RelationPart) and part.relation == "at" and isinstance(part.objects, tuple):
+            pieces = [names[i] for i in part.objects if isinstance(i, int) and _PIECES & set(names[i].lower().split())]
+            if pieces:
+                return f"the place of the {pieces[0]} in a table setting cannot be chosen; leave it out, or place all of it"
     return ""
 
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Collection, Sequence
 
 from grounding.goal_reading.chunk import Chunk
+from grounding.references.pattern_parts import NUMBER, UNIT
 
 # What speaks of the objects' order, of exceptions, of likeness, of how an object lies, or of another place.
 _WORDS = frozenset(
@@ -33,11 +34,14 @@ _NO_SUPERLATIVES = frozenset(
 )
 
 
+_LENGTH_SAID = rf"(?:\d+(?:[.,]\d+)?|an?|{NUMBER}) ?(?:{UNIT}|m|in)"
 # What no goal can hold, however much of the rest is understood.
 _NEVER_HELD = re.compile(
     r"\b(?:(?:above|below|under|beneath|underneath|off|over) the (?:table|desk)"
     r"|(?:on|onto|in|into|inside|to|off|from) (?:the|my|your|a) (?:floor|ground|shelf|drawer|cupboard|cabinet|fridge|oven|sink|trash|garbage"
     r"|dishwasher|chair|sofa|closet|pocket|lap|stove|counter)"
+    rf"|{_LENGTH_SAID}(?: away)? from (?:the|my|your|its) (?:\w+ )?(?:edge|border|rim|corner|end)s?\b"
+    r"|from (?:the|my) (?:\w+ ){1,2}corner to (?:the|my) (?:\w+ ){1,2}corner|corner to (?:the opposite |opposite )?corner"
     r"|between every two(?! (?:neighbou?rs?|of them|adjacent)\b)|(?<!left )(?<!right )(?<!front )(?<!back )(?<!near )(?<!far )(?:half|most|a third|a quarter|a part) of (?:the|my|these|those|them)(?! (?:table|desk|surface|row|way)\b)|(?:half|twice|(?:two|three|four|\d+) times) as \w+"
     r"|leaning(?! (?:over|back))|facing (?:each other|one another|inwards?|outwards?|the (?:cans?|cups?|bowl|plate|mug)))\b",
     re.IGNORECASE,

@@ -61,6 +61,7 @@ class GoalReading:
         work: verbs that ask for other work than placing objects.
         conditions: words that make a wish depend on something, or put it off.
         fallback: why this reader was used in place of the configured one, or "".
+        never: words that ask for what no goal can hold, as far as a scene is known.
         paired: whether a relation is asked for that holds one by one between objects: "a spoon in each mug".
     """
 
@@ -79,6 +80,7 @@ class GoalReading:
     work: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
     fallback: str = ""
+    never: tuple[str, ...] = ()
     paired: bool = False
 
     @property
@@ -144,7 +146,8 @@ class GoalReader:
         composer = Composer(text, frames, find, before, about)
         known_there = None if catalogue else there
         paired = paired_words(without_asides(chunks)) if known_there is not None else ()
-        held = (*never_held(chunks), *paired) if known_there is not None else ()
+        never = never_held(chunks) if known_there is not None else ()
+        held = (*never, *paired)
         reading = GoalReading(
             residue=(*(chunk.said for chunk in framer.residue), *held),
             beyond=asks_beyond(chunks, frames),
@@ -152,6 +155,7 @@ class GoalReader:
             lost=_lost(framer, composer, known_there, held),
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
             conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
+            never=never,
             paired=bool(paired),
         )
         if (choice := alternatives(chunks)) is not None:

@@ -2,6 +2,8 @@
 
 import pytest
 
+from grounding.goal_network.writer import NetworkWriter
+from grounding.interpreter import Interpreter
 from tests.grounding.goal_reading.test_reader import SCENES, interpreter  # noqa: F401
 
 
@@ -143,3 +145,22 @@ def test_a_choice_between_objects_is_asked_for(interpreter):  # noqa: F811
     assert found.status == "ask" and found.question.options == ("hammer", "drill")
     left = interpreter.interpret("put the box on the left without touching the hammer or the drill", SCENES["workshop"])
     assert left.status == "ok" and left.goal.parts[0].objects == (5,)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("line up the cups from the front left corner to the back right corner", "to the back right corner"),
+        ("put the cups in a row 10 cm from the back edge", "10 cm from the back edge"),
+        ("put the red can two inches from the left edge", "two inches from the left edge"),
+    ],
+)
+def test_diagonals_and_distances_from_an_edge_are_refused_by_both_readers(parser, encoder, text, words):
+    network = Interpreter(lambda: parser, encoder=encoder, network=lambda: NetworkWriter.from_pretrained(encoder))
+    found = network.interpret(text, SCENES["cans and cups"])
+    assert found.status == "refused" and words in found.message
+
+
+def test_a_piece_of_a_table_setting_has_no_place_of_its_own(interpreter):  # noqa: F811
+    found = interpreter.interpret("set the table but put the fork on the right", SCENES["dinner"])
+    assert found.status == "refused" and "the place of the fork in a table setting" in found.message
