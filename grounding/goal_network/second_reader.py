@@ -51,8 +51,8 @@ WEIGHTY = frozenset(
 # Words that do so where the grammar does not know them.
 WEIGHTY_IF_UNKNOWN = frozenset(
     "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
-    "angle angled without never balance balanced letter letters word words spell tomorrow later yesterday minutes "
-    "seconds hours touch touches touching contact something somehow space room".split()
+    "parallel perpendicular angle angled without never balance balanced letter letters word words spell tomorrow "
+    "later yesterday minutes seconds hours touch touches touching contact something somehow space room".split()
 )
 
 
