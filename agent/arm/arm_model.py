@@ -26,6 +26,7 @@ _FOLDED = {
 }
 ARM_MODELS = tuple(_FOLDED)
 DEFAULT_MODEL = "j2s7s300"
+WORLD_FROM_BASE = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.pi / 2)  # by default
 FINGERS = tuple(f"joint_finger_{k}" for k in (1, 2, 3))  # the thumb first
 FINGER_TIPS = tuple(f"joint_finger_tip_{k}" for k in (1, 2, 3))
 END_EFFECTOR = "joint_end_effector"

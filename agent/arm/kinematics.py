@@ -23,13 +23,13 @@ from agent.arm.arm_model import (
     FINGER_OPEN,
     FINGER_TIPS,
     FINGERS,
+    WORLD_FROM_BASE,
     ArmModel,
     arm_model,
 )
-from structdiffusion.geometry import pose_from_position_quaternion, pose_from_xyz_yaw, quaternion_from_matrix
+from structdiffusion.geometry import pose_from_position_quaternion, quaternion_from_matrix
 
 LOWERED = 0.01  # m below the table
-WORLD_FROM_BASE = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.pi / 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -104,7 +104,6 @@ def objects(
     if picture is not None:
         _check_new_file(picture, "--picture", (".png",), force)
     reading = reading_of(at, topic, camera_pose)
-    import_pybullet_silently()
     from agent.perception.overlay import labelled_picture
     from agent.perception.report import objects_json, print_objects
     from agent.perception.segmentation import segment

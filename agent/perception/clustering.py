@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import open3d
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 VOXEL = 0.004  # m
@@ -17,7 +18,10 @@ _STRAY = 3.0  # standard deviations of the distance to the neighbours, beyond wh
 _NEIGHBOURS = 12
 _BORDER = 4  # pixels
 _STRAIGHT = 0.2  # of the rows begin there
-_PATCH = 0.015  # m about a voxel, in which its surface is flat
+_PATCH, _OF_PATCH = 0.015, 30  # m about a voxel, in which its surface is flat, and voxels there that are enough
+_LEAST_OF_PATCH = 3  # voxels of a patch that has a normal; that of others is taken to be up
+UP = (0.0, 0.0, 1.0)
+_DENSE = 4  # voxels, itself among them, within reach of one inside a cluster
 
 
 @dataclass(frozen=True)
@@ -97,22 +101,40 @@ def strays(voxels: Voxels) -> np.ndarray:
     """Return the voxels (V,) that lie much farther from their neighbours than the others do."""
     if len(voxels.positions) <= _NEIGHBOURS:
         return np.zeros(len(voxels.positions), dtype=bool)
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(voxels.positions))
-    _, kept = cloud.remove_statistical_outlier(_NEIGHBOURS, _STRAY)
-    lost = np.ones(len(voxels.positions), dtype=bool)
-    lost[kept] = False
-    return lost
+    away = cKDTree(voxels.positions).query(voxels.positions, k=_NEIGHBOURS)[0].mean(axis=1)
+    return away > away.mean() + _STRAY * away.std(ddof=1)
 
 
 def clusters(positions: np.ndarray, reach: float) -> np.ndarray:
-    """Return the cluster (V,) of each voxel, counted from 0; -1 for voxels with too few neighbours."""
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(positions))
-    return np.asarray(cloud.cluster_dbscan(reach, 4), dtype=np.int64)
+    """Return the cluster (V,) of each voxel, counted from 0; -1 for voxels with too few neighbours (DBSCAN)."""
+    one, other = cKDTree(positions).query_pairs(reach, output_type="ndarray").T
+    total = len(positions)
+    core = 1 + np.bincount(one, minlength=total) + np.bincount(other, minlength=total) >= _DENSE
+    joined = core[one] & core[other]
+    edges = coo_array((np.ones(joined.sum(), dtype=bool), (one[joined], other[joined])), shape=(total, total))
+    cluster = connected_components(edges, directed=False)[1].astype(np.int64)
+    cluster[~core] = -1
+    # A voxel at the border of two clusters belongs to the one that is found first.
+    inner, border = np.where(core[one], one, other), np.where(core[one], other, one)
+    at_edge = core[one] != core[other]
+    first = np.full(total, total)
+    np.minimum.at(first, border[at_edge], cluster[inner[at_edge]])
+    cluster[first < total] = first[first < total]
+    kept = cluster >= 0
+    cluster[kept] = np.unique(cluster[kept], return_inverse=True)[1]
+    return cluster
 
 
 def normals(positions: np.ndarray, eye: np.ndarray) -> np.ndarray:
     """Return unit normals (V, 3) of the surface at voxels (V, 3), toward the camera at `eye` (3,)."""
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(positions))
-    cloud.estimate_normals(open3d.geometry.KDTreeSearchParamHybrid(_PATCH, 30))
-    cloud.orient_normals_towards_camera_location(eye)
-    return np.asarray(cloud.normals)
+    away, nearest = cKDTree(positions).query(positions, k=min(_OF_PATCH, len(positions)), distance_upper_bound=_PATCH)
+    there = np.isfinite(away).reshape(len(positions), -1)
+    nearest = nearest.reshape(there.shape)
+    # About each voxel itself: sums of squares of places far from the origin would lose digits.
+    about = positions[np.where(there, nearest, np.arange(len(positions))[:, None])] - positions[:, None]
+    count = there.sum(axis=1)
+    mean = about.sum(axis=1) / count[:, None]
+    spread = np.einsum("vki,vkj->vij", about, about) / count[:, None, None] - mean[:, :, None] * mean[:, None, :]
+    found = np.linalg.eigh(spread)[1][:, :, 0]
+    found[count < _LEAST_OF_PATCH] = UP
+    return np.where(((eye - positions) * found).sum(axis=1)[:, None] < 0, -found, found)

@@ -8,18 +8,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import open3d
 import shapely
 from scipy import ndimage
 
 from agent.errors import BadInput
+from agent.perception.plane_fitting import largest_plane, thinned
 from structdiffusion.geometry import transform_points
 
 FARTHEST = 2.5  # m; depth cameras measure to a centimetre up to there, and no Jaco reaches beyond
 _CELL = 0.01  # m, of the thinned cloud: areas are counted in its cells
 _INLIER = 0.012  # m: three sigma of a Kinect at 1.2 m
-_HYPOTHESES = 400  # of RANSAC for each plane: finds one that holds a quarter of the points with near certainty
-_ENOUGH = 50_000  # points to try hypotheses on; a table and all around it seldom has more
 _MOST_PLANES = 6
 _LEAST_AREA = 0.015  # m2 of table that must be seen: a sheet of A6
 _NEAR = 1.2  # m; planes farther away count less
@@ -66,8 +64,7 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
         BadInput: when no plane can be a table.
     """
     near = points[np.linalg.norm(points, axis=1) < FARTHEST]
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(near.astype(np.float64)))
-    thin = np.asarray(cloud.voxel_down_sample(_CELL).points)
+    thin = thinned(near, _CELL)
     if len(thin) * _CELL**2 < _LEAST_AREA:
         raise BadInput(
             f"there is no table to see: {len(near)} of {len(points)} measured points lie within {FARTHEST} m of the "
@@ -93,19 +90,14 @@ def on_walls(points: np.ndarray, walls: np.ndarray) -> np.ndarray:
 
 def _planes(thin: np.ndarray) -> list[np.ndarray]:
     """Find planes (4,), n . p + d = 0 with n toward the camera, the one with the most points first."""
-    # Open3D has one generator for everybody; from here on the same cloud gives the same planes.
-    open3d.utility.random.seed(0)
+    rng = np.random.default_rng(0)  # the same cloud gives the same planes
     found, rest = [], thin
     while len(found) < _MOST_PLANES and len(rest) * _CELL**2 >= _LEAST_AREA:
-        step = len(rest) // _ENOUGH + 1
-        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(rest[::step]))
-        plane, inliers = cloud.segment_plane(_INLIER, 3, _HYPOTHESES)
-        if step > 1:
-            inliers = np.flatnonzero(np.abs(rest @ plane[:3] + plane[3]) < _INLIER)
-        if len(inliers) * _CELL**2 < _LEAST_AREA:
+        plane, inliers = largest_plane(rest, _INLIER, rng)
+        if inliers.sum() * _CELL**2 < _LEAST_AREA:
             break
         found.append(plane if plane[3] > 0 else -plane)
-        rest = np.delete(rest, inliers, axis=0)
+        rest = rest[~inliers]
     return found
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.kinematics import WORLD_FROM_BASE
+from agent.arm.arm_model import WORLD_FROM_BASE
 from agent.recordings.recording import Recording
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.observation import Table

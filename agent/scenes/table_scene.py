@@ -10,8 +10,8 @@ from typing import Self
 
 import numpy as np
 
-from agent.arm.arm_model import DEFAULT_MODEL, arm_model
-from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm, Kinematics
+from agent.arm.arm_model import DEFAULT_MODEL, WORLD_FROM_BASE, arm_model
+from agent.arm.kinematics import JacoArm, Kinematics
 from agent.arm.recorded_state import stand
 from agent.arm.recovery import AT_HOME, is_folded, tidy_up
 from agent.arm.state import ArmState

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from agent.arm.arm_model import ARM_MODELS, arm_model
+from agent.arm.arm_model import ARM_MODELS, WORLD_FROM_BASE, arm_model
 from agent.arm.grasps import hand_pose
-from agent.arm.kinematics import WORLD_FROM_BASE, Kinematics
+from agent.arm.kinematics import Kinematics
 from agent.arm.motion_planner import LEAVING, PlanningScene, solid_hull
 from agent.arm.self_filter import distance_to_arm
 from agent.arm.state import ArmState

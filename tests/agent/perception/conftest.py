@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.arm.arm_model import arm_model
-from agent.arm.kinematics import WORLD_FROM_BASE
+from agent.arm.arm_model import WORLD_FROM_BASE, arm_model
 from agent.arm.state import ArmState
 from agent.recordings.recording import DepthFrame, Recording
 from agent.scenes.table_scene import TableScene

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.arm.kinematics import WORLD_FROM_BASE
+from agent.arm.arm_model import WORLD_FROM_BASE
 from agent.errors import BadInput
 from agent.evaluation.segmentation.synthetic_tables import synthetic_table
 from agent.perception.segmentation import segment
