@@ -101,7 +101,7 @@ def strays(voxels: Voxels) -> np.ndarray:
     """Return the voxels (V,) that lie much farther from their neighbours than the others do."""
     if len(voxels.positions) <= _NEIGHBOURS:
         return np.zeros(len(voxels.positions), dtype=bool)
-    away = cKDTree(voxels.positions).query(voxels.positions, k=_NEIGHBOURS)[0].mean(axis=1)
+    away = cKDTree(voxels.positions).query(voxels.positions, k=_NEIGHBOURS, workers=-1)[0].mean(axis=1)
     return away > away.mean() + _STRAY * away.std(ddof=1)
 
 
@@ -127,7 +127,9 @@ def clusters(positions: np.ndarray, reach: float) -> np.ndarray:
 
 def normals(positions: np.ndarray, eye: np.ndarray) -> np.ndarray:
     """Return unit normals (V, 3) of the surface at voxels (V, 3), toward the camera at `eye` (3,)."""
-    away, nearest = cKDTree(positions).query(positions, k=min(_OF_PATCH, len(positions)), distance_upper_bound=_PATCH)
+    away, nearest = cKDTree(positions).query(
+        positions, k=min(_OF_PATCH, len(positions)), distance_upper_bound=_PATCH, workers=-1
+    )
     there = np.isfinite(away).reshape(len(positions), -1)
     nearest = nearest.reshape(there.shape)
     # About each voxel itself: sums of squares of places far from the origin would lose digits.

@@ -62,6 +62,7 @@ def table_relief(
         shape: of the picture; an unorganised cloud has one row.
     """
     outline = _outline(level, eye)
+    shapely.prepare(outline)
     surface = _surface(level, outline)
     heights = level[:, 2] - surface
     smooth = heights.copy()
@@ -91,9 +92,10 @@ def _outline(level: np.ndarray, eye: np.ndarray) -> shapely.Polygon:
     # A wall crosses the plane too.
     risen = ((level[(level[:, 2] > _BAND) & (level[:, 2] < _WALL), :2] - low) / _CELL).astype(int)
     risen = risen[((risen >= 0) & (risen < cells.shape)).all(axis=1)]
-    higher, lower = np.zeros(cells.shape), np.zeros(cells.shape)
-    np.add.at(higher, tuple(risen.T), 1.0)
-    np.add.at(lower, tuple(place.T), 1.0)
+    higher, lower = (
+        np.bincount(np.ravel_multi_index(tuple(which.T), cells.shape), minlength=cells.size).reshape(cells.shape)
+        for which in (risen, place)
+    )
     cells &= higher < _UPRIGHT * lower
     # A cell without neighbours is noise.
     cells &= ndimage.uniform_filter(cells.astype(np.float32), 3) > 3.5 / 9
@@ -101,9 +103,9 @@ def _outline(level: np.ndarray, eye: np.ndarray) -> shapely.Polygon:
     # about as high but stands apart, a chair's seat, is none.
     covered = cells.copy()
     for points in _hidden(level[(level[:, 2] > _BAND) & (level[:, 2] < _TALLEST)], eye):
-        place_of = ((points - low) / _CELL).astype(int)
-        inside = ((place_of >= 0) & (place_of < cells.shape)).all(axis=1)
-        covered[tuple(place_of[inside].T)] = True
+        row, column = ((points - low) / _CELL).astype(int).T
+        inside = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
+        covered[row[inside], column[inside]] = True
     parts, _ = ndimage.label(covered, np.ones((3, 3)))
     part = np.where(cells, parts, 0)[place[:, 0], place[:, 1]]
     chosen = _hull(flat[part == np.bincount(part[part > 0]).argmax()])

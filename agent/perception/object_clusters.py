@@ -167,17 +167,18 @@ def _table_colored(labels: np.ndarray, heights: np.ndarray, contrast: np.ndarray
 def _rings_filled(labels: np.ndarray, level: np.ndarray, heights: np.ndarray) -> np.ndarray:
     """Give the low points within an object's outline to it: the bottom of a bowl may be no higher than noise."""
     labels = labels.copy()
+    low = np.flatnonzero((labels < 0) & (np.abs(heights) < _RING_LOW))
     for index in range(int(labels.max()) + 1):
         own = level[labels == index, :2]
         corner = own.min(axis=0) - 2 * _RING_CELL
         cells = np.zeros(((own.max(axis=0) - corner) / _RING_CELL).astype(int) + 3, dtype=bool)
         cells[tuple(((own - corner) / _RING_CELL).astype(int).T)] = True
         holes = ndimage.binary_fill_holes(ndimage.binary_closing(cells)) & ~cells
-        free = np.flatnonzero((labels < 0) & (np.abs(heights) < _RING_LOW))
-        place = ((level[free, :2] - corner) / _RING_CELL).astype(int)
-        inside = ((place >= 0) & (place < cells.shape)).all(axis=1)
-        free, place = free[inside], place[inside]
-        labels[free[holes[place[:, 0], place[:, 1]]]] = index
+        if not holes.any():
+            continue
+        row, column = ((level[low, :2] - corner) / _RING_CELL).T
+        inside = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1]) & (labels[low] < 0)
+        labels[low[inside][holes[row[inside].astype(int), column[inside].astype(int)]]] = index
     return labels
 
 
@@ -242,7 +243,10 @@ def _by_itself(members: np.ndarray, part: np.ndarray, positions: np.ndarray, tal
     others = (part >= 0) & ~members
     if tall[members].min() > _RISEN:
         return False
-    return not others.any() or bool(cKDTree(positions[others]).query(positions[members])[0].min() > _SPLINTER)
+    # From the few to the many: a tree of the others would take longer than the question.
+    return not others.any() or bool(
+        cKDTree(positions[members]).query(positions[others], distance_upper_bound=_SPLINTER)[0].min() > _SPLINTER
+    )
 
 
 def _without_the_wide(part: np.ndarray, positions: np.ndarray, widest: float) -> tuple[np.ndarray, np.ndarray]:

@@ -35,7 +35,7 @@ def supports_of(clouds: Sequence[np.ndarray]) -> list[Support]:
     Args:
         clouds: (P, 3) the points of each object, metres, z = 0 on the table.
     """
-    outlines = [shapely.MultiPoint(points[:, :2]).convex_hull for points in clouds]
+    outlines = [shapely.linestrings(points[:, :2]).convex_hull for points in clouds]
     ends = [float(np.percentile(points[:, 2], _LOW_END)) for points in clouds]
     return [_support(index, clouds, outlines, ends) for index in range(len(clouds))]
 

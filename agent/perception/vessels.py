@@ -100,7 +100,7 @@ def vessels_closed(part: np.ndarray, positions: np.ndarray, normals: np.ndarray)
 def _part(own: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> _Part:
     mine = positions[own]
     low, high = np.percentile(mine[:, 2], (5, 98))
-    outline = shapely.MultiPoint(mine[:, :2]).convex_hull
+    outline = shapely.linestrings(mine[:, :2]).convex_hull
     return _Part(mine, normals[own], np.abs(normals[own, 2]) < _WALL, float(low), float(high), outline)
 
 
