@@ -18,9 +18,18 @@ _DAYLIGHT = np.array([0.95047, 1.0, 1.08883], dtype=np.float32)
 
 def lab(colors: np.ndarray) -> np.ndarray:
     """Return CIELAB (P, 3) float32 of sRGB colours (P, 3) uint8, under daylight."""
+    return lab_of_linear(linear(colors))
+
+
+def linear(colors: np.ndarray) -> np.ndarray:
+    """Return linear red, green and blue (P, 3) float32, 0 to 1, of sRGB colours (P, 3) uint8."""
     level = np.arange(256) / 255.0
-    linear = np.where(level > 0.04045, ((level + 0.055) / 1.055) ** 2.4, level / 12.92).astype(np.float32)
-    ratio = linear[colors] @ _RGB_TO_XYZ / _DAYLIGHT
+    return np.where(level > 0.04045, ((level + 0.055) / 1.055) ** 2.4, level / 12.92).astype(np.float32)[colors]
+
+
+def lab_of_linear(values: np.ndarray) -> np.ndarray:
+    """Return CIELAB (P, 3) float32 of linear red, green and blue (P, 3), under daylight."""
+    ratio = values @ _RGB_TO_XYZ / _DAYLIGHT
     root = np.where(ratio > 0.008856, np.cbrt(ratio), 7.787 * ratio + 16 / 116)
     return np.stack(
         (116 * root[:, 1] - 16, 500 * (root[:, 0] - root[:, 1]), 200 * (root[:, 1] - root[:, 2])), axis=1

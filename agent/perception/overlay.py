@@ -8,19 +8,20 @@ from scipy import ndimage
 
 from agent.perception.segments import ARM, Segments
 from agent.recordings.recording import Recording
-from agent.rendering.palette import color_of, mean_color, rim_of
+from agent.rendering.palette import RGB, color_of, ink_on, mean_color, rim_of
 
 _TINT = 0.4  # of an object's colour in the picture is its own, which evens out its shades
 _DIMMED = 0.55  # what is neither table nor object
 _ACROSS = 640  # pixels of a view from above
-_LETTERS = 18  # pixels high
+_LETTERS = 16  # pixels high
+_MARGIN = 3  # pixels about a number
 
 
 def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
     """Draw a picture (H, W, 3) uint8 with every object in its own colour, outlined and numbered as in its name.
 
-    It is the camera's picture, or its depth where it has no colour; a view from above of an unorganised cloud. The
-    objects have palette colours where their own are not known.
+    Each number stands on a patch of the object's mean colour. It is the camera's picture, or its depth where it has no
+    colour; a view from above of an unorganised cloud. The objects have palette colours where their own are not known.
     """
     if recording.frame.organised:
         picture, labels = _seen(recording), segments.labels
@@ -44,10 +45,22 @@ def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
             # Where it is thickest: the middle of a bowl that holds another lies in the other.
             inside = ndimage.distance_transform_edt(labels == number)
             row, column = np.unravel_index(int(inside.argmax()), inside.shape)
-            draw.text(
-                (column, row), str(number), fill="white", stroke_fill="black", stroke_width=2, font=font, anchor="mm"
-            )
+            _draw_badge(draw, (int(column), int(row)), str(number), own[number - 1], font)
     return np.asarray(image)
+
+
+def _draw_badge(
+    draw: ImageDraw.ImageDraw, middle: tuple[int, int], text: str, color: RGB, font: ImageFont.FreeTypeFont
+) -> None:
+    """Draw a number on a patch of the object's own colour, with a dark and a light line about it: one of them, and the
+    number, contrasts with any ground.
+    """
+    left, top, right, bottom = draw.textbbox(middle, text, font=font, anchor="mm")
+    box = (left - _MARGIN, top - _MARGIN, right + _MARGIN, bottom + _MARGIN)
+    for wider, line in ((2, "black"), (1, "white")):
+        draw.rectangle((box[0] - wider, box[1] - wider, box[2] + wider, box[3] + wider), fill=line)
+    draw.rectangle(box, fill=color)
+    draw.text(middle, text, fill=ink_on(color), font=font, anchor="mm")
 
 
 def _seen(recording: Recording) -> np.ndarray:

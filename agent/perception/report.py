@@ -58,6 +58,7 @@ def objects_json(segments: Segments) -> dict[str, Any]:
                 "bottom": _round(found.bottom),
                 "points": len(found.points),
                 "color": None if found.colors is None else np.median(found.colors, axis=0).astype(int).tolist(),
+                "color_names": [{"name": each.word, "share": _round(each.share, 2)} for each in found.color_names],
                 "world_from_box": _rows(found.world_from_box),
             }
             for found in segments.objects

@@ -9,10 +9,10 @@ from agent.arm.self_filter import distance_to_arm
 from agent.errors import BadInput
 from agent.perception.clustering import at_border, bridging
 from agent.perception.color import contrast, lab
-from agent.perception.color_names import color_word, lightness_of_white
 from agent.perception.description import oriented_box, shape_words
 from agent.perception.height_map import table_relief
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
+from agent.perception.seen_colors import color_names, light_of
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
 from agent.perception.supports import supports_of
 from agent.perception.table_extent import reachable, seen_rectangle
@@ -121,13 +121,14 @@ def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.nda
     supports = supports_of([world[own] for own in members])
     boxes = [oriented_box(world[own], on.bottom) for own, on in zip(members, supports, strict=True)]
     shapes = shape_words([sides for _, sides in boxes])
-    white = 100.0 if colors is None else lightness_of_white(colors)
+    light = np.ones(3) if colors is None else light_of(colors)
     found = []
     for index, (own, (pose, sides)) in enumerate(zip(members, boxes, strict=True)):
         its = None if colors is None else colors[own]
-        words = [*([] if its is None else [color_word(lab(its), white)]), *shapes[index]]
+        shades = () if its is None else color_names(its, light)
+        words = [*([" or ".join(shade.word for shade in shades)] if shades else []), *shapes[index]]
         name = f"object {index + 1}"
         on = supports[index]
         carrier = "" if on.carrier is None else f"object {on.carrier + 1}"
-        found.append(Segment(name, ", ".join((name, *words)), world[own], its, pose, sides, carrier, on.bottom))
+        found.append(Segment(name, ", ".join((name, *words)), world[own], its, pose, sides, carrier, on.bottom, shades))
     return tuple(found)

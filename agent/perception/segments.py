@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.perception.seen_colors import ColorName
 from structdiffusion.observation import Table
 
 NOTHING, TABLE, ARM = -1, 0, -2  # in `Segments.labels`; object k of the list has the label k + 1
@@ -26,6 +27,7 @@ class Segment:
         sides: (3,) of that box, metres.
         rests_on: the name of the object that it stands on or in; empty for the table.
         bottom: metres above the table at which it stands.
+        color_names: the name of its colour, and a second one where it is in doubt; empty without colours.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Segment:
     sides: np.ndarray
     rests_on: str = ""
     bottom: float = 0.0
+    color_names: tuple[ColorName, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from agent.recordings.cloud_frame import in_optical_frame
 from agent.recordings.image_decoding import color_picture, compressed_color, compressed_depth, depth_picture
 from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
+from agent.recordings.point_count import with_fewer_points
 from agent.recordings.recording import DepthFrame, ReadingOf, Recording
 from agent.recordings.synchronization import Found, around, fused
 from agent.recordings.tf_tree import (
@@ -82,7 +83,9 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     moment = _moment(bag, options.at, choice, joints)
     notes = list(bag.notes)
     lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
-    looks = _looks(bag, choice, lens, moment, options.looks)
+    # The points of an unorganised cloud are not those of the next one.
+    several = choice.points is None or choice.points.height > 1
+    looks = _looks(bag, choice, lens, moment, options.looks if several else 1)
     look, recorded = looks[0].value, looks[0].time
     frames = read_frames(bag, look.stamp, _ways(choice, look.frame))
     looks = _from_one_place(bag, looks, frames)
@@ -109,6 +112,8 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     notes += said
     intrinsics = None if lens is None else lens.scaled(points.shape[1], points.shape[0]).matrix
     frame = DepthFrame(points, color, look.frame, (recorded - bag.start) / 1e9, intrinsics, count)
+    frame, told = with_fewer_points(frame)
+    notes += [told] if told else []
     if choice.points is not None and base_pose is None and options.world_from_camera is None:
         frame, told = in_optical_frame(frame)
         notes += [told] if told else []

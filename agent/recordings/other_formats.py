@@ -7,6 +7,7 @@ from pathlib import Path
 from agent.errors import BadInput, UsageError
 from agent.recordings.cloud_frame import in_optical_frame
 from agent.recordings.point_cloud_files import SUFFIXES, read_cloud
+from agent.recordings.point_count import with_fewer_points
 from agent.recordings.recording import DepthFrame, ReadingOf, Recording
 from agent.recordings.rgbd_folder import read_rgbd
 
@@ -27,14 +28,16 @@ def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
             raise UsageError(f"{name} is for bags, and {str(path)!r} is {what}")
     if path.suffix.lower() in SUFFIXES:
         points, color, notes = read_cloud(path)
-        frame = DepthFrame(points, color)
+        frame, reduced = with_fewer_points(DepthFrame(points, color))
         said = ""
         if options.world_from_camera is None:
             frame, said = in_optical_frame(frame)
         notes = (said or "the cloud was taken to be in the camera's optical frame: z forward, x right, y down", *notes)
+        notes = (*notes, reduced) if reduced else notes
         return Recording(path, frame, None, options.world_from_camera, used={"points": path.name}, notes=notes)
     if not path.exists():
         raise BadInput(f"there is no recording {str(path)!r}")
     picture = read_rgbd(path)
-    frame = DepthFrame(picture.points, picture.color, intrinsics=picture.intrinsics)
-    return Recording(path, frame, None, options.world_from_camera, used=picture.used, notes=picture.notes)
+    frame, reduced = with_fewer_points(DepthFrame(picture.points, picture.color, intrinsics=picture.intrinsics))
+    notes = (*picture.notes, reduced) if reduced else picture.notes
+    return Recording(path, frame, None, options.world_from_camera, used=picture.used, notes=notes)

@@ -11,9 +11,9 @@ import numpy as np
 
 from agent.errors import BadInput
 from agent.recordings.message_decoding import without_nothing
+from agent.recordings.point_count import MOST_READ
 
 SUFFIXES = (".ply", ".pcd")
-_MOST_POINTS = 50_000_000
 _HEADER_BYTES = 65_536
 _FARTHEST = 20.0  # m, of the median: a table is nearer, and numbers of this size are millimetres
 _PLY_BYTES = {
@@ -57,8 +57,11 @@ def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ..
     count = header.height * header.width
     if count == 0:
         raise BadInput(f"the cloud {str(path)!r} is empty")
-    if count > _MOST_POINTS:
-        raise BadInput(f"the cloud {str(path)!r} claims {count} points; at most {_MOST_POINTS} are read")
+    if count > MOST_READ:
+        raise BadInput(
+            f"the cloud {str(path)!r} claims {count} points; at most {MOST_READ} are read: thin it, for example to one "
+            "point in each cube of 2 mm"
+        )
     if header.needed > size:
         raise BadInput(
             f"the cloud {str(path)!r} is cut short: it claims {count} points, which need {header.needed} bytes, "

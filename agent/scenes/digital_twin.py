@@ -207,10 +207,10 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
 
 
 def _attributes(found: Segment) -> ObjectAttributes:
-    """Return the colour that perception named, and the sides of the box that it found."""
-    colors = [COLOR_WORDS[word][0] for word in read_name(found.display_name).words if word in COLOR_WORDS]
+    """Return the colours that perception named, and the sides of the box that it found."""
+    colors = [COLOR_WORDS[each.word][0] for each in found.color_names]
     length, width, height = found.sides.tolist()
-    return ObjectAttributes(tuple(colors[:1]), (length, width, height))
+    return ObjectAttributes(tuple(colors), (length, width, height))
 
 
 def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) -> str:

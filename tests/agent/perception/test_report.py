@@ -49,14 +49,21 @@ def test_the_picture_marks_the_objects_and_nothing_else(two, found):
     before = two.recording.frame.color.astype(int)
     changed = np.abs(picture.astype(int) - before).sum(axis=2) > 30
     assert picture.shape == before.shape and picture.dtype == np.uint8
-    assert not changed[found.labels == 0].any()
+    beside = changed & (found.labels == 0)
     for number, one in enumerate(found.objects, start=1):
         mask = found.labels == number
         rim, inside = mask & ~ndimage.binary_erosion(mask), ndimage.binary_erosion(mask, iterations=3)
         assert changed[rim].mean() > 0.95
+        # Beside it, only the patch of its number may lie, which keeps the object's own colour.
+        inner = ndimage.distance_transform_edt(mask)
+        row, column = np.unravel_index(inner.argmax(), inner.shape)
+        beside[row - 16 : row + 17, column - 16 : column + 17] = False
+        badge = picture[row - 9 : row + 10, column - 7 : column + 8].reshape(-1, 3).astype(int)
+        assert (np.abs(badge - one.colors.mean(axis=0)).max(axis=1) < 2).sum() > 60
         # Inside it keeps its own colour: nothing is painted in another one.
         own = one.colors.mean(axis=0)
         assert np.abs(np.median(picture[inside], axis=0) - own).max() < 40
+    assert not beside.any()
 
 
 def test_depth_alone_and_loose_points_have_pictures_too(two, found):
