@@ -31,3 +31,12 @@ def test_nothing_heavy_is_imported(code, arguments):
     ended, *modules = done.stdout.splitlines()[-1].split()
     assert int(ended) == code
     assert not HEAVY & set(modules)
+
+
+def test_objects_of_a_recording_are_found_without_simulator_and_networks():
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND, "bag", "objects", "example"], capture_output=True, text=True, check=True
+    )
+    ended, *modules = done.stdout.splitlines()[-1].split()
+    assert int(ended) == 0
+    assert HEAVY & set(modules) == {"scipy"}
