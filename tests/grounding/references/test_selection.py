@@ -3,7 +3,7 @@
 
 import pytest
 
-from grounding.references.selection import SelectionError, mentioned, select_objects
+from grounding.references.selection import AmbiguousReferenceError, SelectionError, mentioned, select_objects
 from tests.counting import counted_lines
 
 MOST_LINES = 10_000
@@ -357,3 +357,10 @@ def test_a_sentence_takes_a_few_thousand_steps():
             select_objects(text, SCENES[scene])
             mentioned(text)
     assert steps.count / len(CASES) < MOST_LINES
+
+
+def test_an_object_between_two_colours_fits_both_and_makes_a_question():
+    tins = ["object 1, red", "object 2, brown or purple, tall", "object 3, brown"]
+    with pytest.raises(AmbiguousReferenceError, match="object 2, brown or purple, tall; object 3, brown; which one"):
+        select_objects("put the brown one and the red one in a line", tins)
+    assert select_objects("put the purple one and the red one in a line", tins).indices == (0, 1)
