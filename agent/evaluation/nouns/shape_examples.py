@@ -26,7 +26,7 @@ _FAMILIES = {
 Draw = Callable[[np.random.Generator], tuple[str, trimesh.Trimesh]]
 
 
-def shape_examples(count: int, seed: int) -> tuple[np.ndarray, list[str]]:
+def shape_examples(count: int, seed: int | tuple[int, ...]) -> tuple[np.ndarray, list[str]]:
     """Return the features (count, F) of drawn shapes as cameras see them, and the class of each."""
     rng = np.random.default_rng(seed)
     sources: Sequence[Draw] = (_procedural, _family, _turned, _stray)

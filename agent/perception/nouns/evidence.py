@@ -12,7 +12,7 @@ import numpy as np
 _TABLE = Path(__file__).with_name("noun_shapes.tsv")
 # Weights of the shape's and the picture's probabilities, the share that every noun has in the picture at least, and
 # that of everything without a noun: chosen on textured scans (docs/recordings.md, "Nouns").
-SHAPE_WEIGHT, PICTURE_WEIGHT, FLOOR, UNKNOWN = 1.0, 0.6, 0.01, 0.15
+SHAPE_WEIGHT, PICTURE_WEIGHT, FLOOR, UNKNOWN = 1.3, 1.0, 0.01, 0.1
 # Shapes that are a noun by themselves, and those that only support one that the picture shows.
 _SHOWN_BY_SHAPE = frozenset("mug cup bowl plate can bottle box pan pitcher".split())
 _CUPS = ("cup", "mug", "glass")

