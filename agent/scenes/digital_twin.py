@@ -280,6 +280,11 @@ class RecordedScene(TableScene):
         self._intrinsics = frame.intrinsics
         self._world_from_camera = segments.world_from_camera
         found = (*source.recording.notes, *segments.notes)
+        self.confidences = {
+            each.name: round(each.confidence, 2)
+            for each in segments.objects
+            if each.confidence is not None and each.name not in source.called
+        }
         taken = taken_nouns(segments.objects, source.called) if telling else []
         self.notes = (*taken, *found, *left_out, *self.notes, *self._come_to_rest())
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})

@@ -17,7 +17,8 @@ def random_tensors(seed: int = 0) -> dict[str, np.ndarray]:
     def convolution(name: str, norm: str, out: int, into: int, kernel: int) -> None:
         deviation = (2.0 / (into * kernel * kernel)) ** 0.5
         tensors[f"{name}.weight"] = rng.normal(0.0, deviation, (out, into, kernel, kernel)).astype(np.float32)
-        for what, low, high in (("weight", 0.7, 1.3), ("bias", -0.2, 0.6), ("running_mean", -0.3, 0.3), ("running_var", 0.5, 1.5)):
+        ranges = {"weight": (0.7, 1.3), "bias": (-0.2, 0.6), "running_mean": (-0.3, 0.3), "running_var": (0.5, 1.5)}
+        for what, (low, high) in ranges.items():
             tensors[f"{norm}.{what}"] = rng.uniform(low, high, out).astype(np.float32)
 
     convolution("_conv_stem", "_bn0", 32, 3, 3)

@@ -1,4 +1,4 @@
-"""The network in NumPy computes what PyTorch's layers compute, and with the published weights knows real photographs."""
+"""The network in NumPy computes what PyTorch's layers do, and with the published weights knows photographs."""
 
 from importlib.util import find_spec
 from pathlib import Path

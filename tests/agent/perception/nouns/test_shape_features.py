@@ -1,4 +1,4 @@
-"""The shape of an object in numbers does not depend on where it stands, and tells hollow from solid and round from not."""
+"""The numbers of a shape do not depend on where the object stands, and tell hollow from solid."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ EYE = np.array([-0.5, 0.1, 0.6])
 
 
 def cylinder(radius: float, height: float, hollow: bool) -> np.ndarray:
-    """The points (P, 3) of a cylinder at the origin that a camera at `EYE` sees: its near side, and its top or inside."""
+    """The points (P, 3) of a cylinder at the origin that a camera at `EYE` sees: near side, and top or inside."""
     angles, rise = np.meshgrid(np.linspace(np.pi / 2, 3 * np.pi / 2, 60), np.linspace(0.005, height, 40))
     side = np.stack((radius * np.cos(angles), radius * np.sin(angles), rise), axis=-1).reshape(-1, 3)
     angles, share = np.meshgrid(np.linspace(0.0, 2 * np.pi, 60), np.linspace(0.05, 0.95, 20))
