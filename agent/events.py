@@ -128,6 +128,7 @@ class SeenObject:
         color: its mean colour (RGB, 0 to 255), or `None`.
         display_name: its name with descriptions for instructions, such as "object 3, red, tall".
         color_name: the name of its colour, or empty if unknown.
+        confidence: in its noun, from 0 to 1, if that comes from the picture; `None` if it is known.
     """
 
     name: str
@@ -139,6 +140,7 @@ class SeenObject:
     color: tuple[int, int, int] | None = None
     display_name: str = ""
     color_name: str = ""
+    confidence: float | None = None
 
 
 @dataclass(frozen=True)

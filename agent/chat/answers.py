@@ -106,7 +106,7 @@ def _objects(act: Act, known: Knowledge) -> str:
     if known.facts:
         count = len(known.facts)
         lines.append("One object stands on the table:" if count == 1 else f"{count} objects stand on the table:")
-        rows = aligned([(one.name, one.color, one.where) for one in known.facts])
+        rows = aligned([(one.label, one.color, one.where) for one in known.facts])
         lines += [f"  {row}" for row in rows.splitlines()]
     else:
         lines.append("Nothing stands on the table.")

@@ -46,6 +46,7 @@ class Fact:
         place: its place from the speaker's viewpoint: "on the left, near you".
         outline: its outline from above, world frame, metres.
         on: the name of the object that it stands on, or empty.
+        confidence: in its noun, if that comes from the picture.
     """
 
     name: str
@@ -57,6 +58,12 @@ class Fact:
     place: str
     outline: BaseGeometry
     on: str = ""
+    confidence: float | None = None
+
+    @property
+    def label(self) -> str:
+        """Return its name, and what the picture takes it for: "object 2 (mug, 0.93)"."""
+        return self.name if self.confidence is None else f"{self.name} ({self.noun}, {self.confidence:.2f})"
 
     @property
     def where(self) -> str:
@@ -91,6 +98,7 @@ def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]
             Fact(
                 one.name, one.category, ", ".join((display_name, *words)), color, one.position, sides[index],
                 place_in_words(one.position, seen.table, viewpoint), outlines[index], standing_on[index],
+                one.confidence,
             )  # fmt: skip
         )
     return facts

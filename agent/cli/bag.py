@@ -104,6 +104,7 @@ def objects(
     if picture is not None:
         _check_new_file(picture, "--picture", (".png",), force)
     reading = reading_of(at, topic, camera_pose)
+    from agent.perception.nouns.recognition import HOW_TO_GET, nouns_available, with_nouns
     from agent.perception.overlay import labelled_picture
     from agent.perception.report import objects_json, print_objects
     from agent.perception.segmentation import segment
@@ -112,7 +113,7 @@ def objects(
 
     with results_stream() as results:
         recording = read_recording(recording_path(file), reading)
-        segments = segment(recording)
+        segments = with_nouns(recording, segment(recording))
         if json_output:
             content = {"file": str(file), "used": dict(recording.used), **objects_json(segments)}
             content["notes"] = [*recording.notes, *segments.notes]
@@ -120,6 +121,8 @@ def objects(
         else:
             print_objects(segments, results)
             _print_notes(recording.notes, results)
+            if not nouns_available():
+                _print_notes((HOW_TO_GET,), results)
         if picture is not None:
             from PIL import Image
 

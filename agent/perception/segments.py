@@ -4,7 +4,8 @@ it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,6 +29,8 @@ class Segment:
         rests_on: the name of the object that it stands on or in; empty for the table.
         bottom: metres above the table at which it stands.
         color_names: the name of its colour, and a second one where it is in doubt; empty without colours.
+        noun: what it is taken for; empty where the picture does not tell.
+        nouns: noun -> confidence that it is one, the highest first; empty if no noun was looked for.
     """
 
     name: str
@@ -39,6 +42,13 @@ class Segment:
     rests_on: str = ""
     bottom: float = 0.0
     color_names: tuple[ColorName, ...] = ()
+    noun: str = ""
+    nouns: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def confidence(self) -> float | None:
+        """Return the confidence in its noun, or `None` if it has none."""
+        return self.nouns[self.noun] if self.noun else None
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,7 @@ def perceived_event(scene: Scene, seconds: float, table: TableScene | None = Non
             None if cloud.colors is None else tuple(cloud.colors.mean(axis=0).round().astype(int).tolist()),
             display_names.get(cloud.name, cloud.name),
             colors.get(cloud.name, ""),
+            None if table is None else table.confidences.get(cloud.name),
         )
         for number, cloud in enumerate((*scene.objects, *scene.distractors))
     ]

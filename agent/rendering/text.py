@@ -42,3 +42,8 @@ def place(position: Any) -> str:
     x, y = round(100 * position[0]), round(100 * position[1])
     side = "straight ahead" if y == 0 else f"{abs(y)} cm to the {'left' if y > 0 else 'right'}"
     return f"{x} cm ahead, {side}" if y else f"{x} cm {side}"
+
+
+def with_indefinite_article(noun: str) -> str:
+    """Return the noun as in "a mug" or "an orange"."""
+    return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"

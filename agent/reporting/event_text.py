@@ -21,7 +21,7 @@ def describe_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
 def describe_object(one: Mapping[str, Any]) -> str:
     """Return the name of an object that was seen, with its description or its colour: "object 3, red, tall"."""
     display_name, color = one.get("display_name") or "", one.get("color_name") or ""
-    if display_name.startswith(f"{one['name']},"):
+    if display_name.startswith(f"{one['name']},") or one.get("confidence") is not None:
         return display_name
     return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
 

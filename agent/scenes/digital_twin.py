@@ -17,6 +17,7 @@ import numpy as np
 
 from agent.arm.grasps import can_be_grasped
 from agent.errors import BadInput, NotBuildable, UsageError
+from agent.perception.nouns.recognition import with_nouns
 from agent.perception.overlay import labelled_picture
 from agent.perception.segmentation import segment
 from agent.perception.segments import Segment, Segments
@@ -26,10 +27,12 @@ from agent.scenes.files import PlacedObject
 from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_at
 from agent.scenes.object_placement import placement_of, saved_objects
+from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
 from grounding.references.attributes import COLOR_WORDS, ObjectAttributes, SceneObject
 from grounding.references.object_names import read_name
+from grounding.references.selection import Selection
 from structdiffusion.completion.bodies import bodies_of
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
@@ -52,7 +55,7 @@ class RecordedObject:
 
     Attributes:
         name: "object 3", or "mug 3" if the user named it.
-        display_name: what an instruction can call it: "mug 3, red, tall".
+        display_name: what an instruction can call it: "mug 3, red, tall", if the user or the picture named it.
         attributes: its colour and size, as far as they were seen.
         cloud: its observed cloud.
         model: its completed body.
@@ -78,6 +81,7 @@ class RecordedSource:
 
     Attributes:
         recording, segments: the recording, and the objects found in it.
+        called: name of an object -> the noun that the user gave it.
         objects: in the order of their numbers.
         referents: the same, as an instruction can refer to them.
 
@@ -91,9 +95,10 @@ class RecordedSource:
 
     def __init__(self, path: Path, options: RecordedOptions = RecordedOptions()) -> None:
         self.recording = read_recording(path, options.reading)
-        self.segments = segment(self.recording)
+        self.segments = with_nouns(self.recording, segment(self.recording))
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
+        self.called = options.nouns
         self.objects = _objects(self.segments, options)
         self.referents = [
             SceneObject(each.display_name, attributes_at(each.attributes, each.world_from_object))
@@ -116,13 +121,27 @@ class RecordedSource:
         """See `SceneSource`."""
         hints = self._left_out()
         unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
-        return "; ".join(hints if unnamed is None else (*hints, f"--call '{unnamed}=cup' says what an object is"))
+        if unnamed is not None:
+            picture = labelled_picture(self.recording, self.segments)
+            hints.append(how_to_name(self.segments.objects, unnamed, picture))
+        return "; ".join(hints)
+
+    def _check_nouns(self, selection: Selection | None) -> None:
+        """Ask which objects are meant if the instruction chooses by a noun that further objects may have.
+
+        Raises:
+            NotBuildable: with the question.
+        """
+        if selection is not None and (unsure := doubts(self.segments.objects, self.called, selection)):
+            raise NotBuildable("; ".join(("which objects are meant is not certain", *unsure, self.hint)))
 
     def open(self, goal: Interpretation, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
-        if goal.goal.plain_spec is None:
-            return RecordedScene(self, self.objects, len(self.objects), seed)
         selection = goal.selection
+        self._check_nouns(selection)
+        telling = chosen_by_noun(selection)
+        if goal.goal.plain_spec is None:
+            return RecordedScene(self, self.objects, len(self.objects), seed, telling)
         asked = [self.objects[index] for index in selection.indices]
         if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:
             those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
@@ -133,7 +152,7 @@ class RecordedSource:
         except SceneError as error:
             raise SceneError("; ".join((str(error), *self._left_out()))) from error
         scene = RecordedScene(
-            self, [*selected, *(each for each in self.objects if each not in selected)], len(selected), seed
+            self, [*selected, *(each for each in self.objects if each not in selected)], len(selected), seed, telling
         )
         scene.missing = {each.name: each.trouble for each in asked if each.trouble}
         self._without_fallen(scene, goal, {self.objects[i].name for i in selection.required})
@@ -194,11 +213,12 @@ def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObje
         raise UsageError(f"--call names {unknown[0]!r}, which was not found; there are: {', '.join(names)}")
     clouds, display_names = [], []
     for found in segments.objects:
-        said = options.nouns.get(found.name, _UNKNOWN)
+        taken = found.noun or _UNKNOWN
+        said = options.nouns.get(found.name, taken)
         noun = read_name(said).head or said
-        name = found.name.replace(_UNKNOWN, said, 1)
+        name = found.name.replace(_UNKNOWN, options.nouns.get(found.name, _UNKNOWN), 1)
         clouds.append(ObjectCloud(name, noun, found.points, found.colors, bottom=found.bottom))
-        display_names.append(found.display_name.replace(_UNKNOWN, said, 1))
+        display_names.append(found.display_name.replace(taken, said, 1))
     bodies = bodies_of(clouds, segments.world_from_camera)
     return tuple(
         RecordedObject(cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table))
@@ -228,9 +248,12 @@ class RecordedScene(TableScene):
         ordered: its objects, participants first.
         count: how many take part.
         seed: the sensor's noise in later looks, and which points are kept of large clouds, follow from it.
+        telling: whether it is noted which nouns come from the picture.
     """
 
-    def __init__(self, source: RecordedSource, ordered: Sequence[RecordedObject], count: int, seed: int) -> None:
+    def __init__(
+        self, source: RecordedSource, ordered: Sequence[RecordedObject], count: int, seed: int, telling: bool = True
+    ) -> None:
         segments, frame = source.segments, source.recording.frame
         thinning, noise = drawing_and_noise(seed)
         height, width = frame.points.shape[:2] if frame.organised else (480, 640)
@@ -257,7 +280,13 @@ class RecordedScene(TableScene):
         self._intrinsics = frame.intrinsics
         self._world_from_camera = segments.world_from_camera
         found = (*source.recording.notes, *segments.notes)
-        self.notes = (*found, *left_out, *self.notes, *self._come_to_rest())
+        self.confidences = {
+            each.name: round(each.confidence, 2)
+            for each in segments.objects
+            if each.confidence is not None and each.name not in source.called
+        }
+        taken = taken_nouns(segments.objects, source.called) if telling else []
+        self.notes = (*taken, *found, *left_out, *self.notes, *self._come_to_rest())
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:

@@ -62,6 +62,7 @@ class TableScene:
         out_of_reach: the names of objects that the arm cannot take.
         missing: name -> why an object that was asked for takes no part.
         notes: what had to be assumed of the table and the arm, a sentence each.
+        confidences: name -> confidence in its noun, of the objects whose nouns come from the picture.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
         bodies: a description of the bodies: "the true objects", or the completed bodies of a recording.
         world: the physics that the arm acts in, its bodies in the same order.
@@ -72,6 +73,7 @@ class TableScene:
     out_of_reach: tuple[str, ...] = ()
     missing: Mapping[str, str] = MappingProxyType({})
     notes: tuple[str, ...] = ()
+    confidences: Mapping[str, float] = MappingProxyType({})
     labelled: np.ndarray | None = None
     bodies: str = "the true objects"
 

@@ -115,7 +115,7 @@ def test_what_stands_too_far_away_is_left_where_it_is(bag):
     with source.set_out(0) as table:
         assert table.out_of_reach == ("object 1", "object 3") and table.count == 1
         assert any("object 1 is left where it is: out of the arm's reach" in note for note in table.notes)
-    assert source.hint.startswith("out of the arm's reach: object 1, object 3; --call")
+    assert source.hint.startswith("out of the arm's reach: object 1, object 3; ")
     with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects.*; out of the arm's reach: object 1, obj"):
         source.open(a_line(source), 0)
     pose[0, 3] += 5.0

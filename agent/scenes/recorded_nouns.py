@@ -1,0 +1,74 @@
+"""Tell where an instruction relies on nouns that were read from a picture, and ask where they leave doubt."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from PIL import Image
+
+from agent.perception.nouns.recognition import HOW_TO_GET, nouns_available
+from agent.perception.report import taken_for
+from agent.perception.segments import Segment
+from agent.rendering.text import with_indefinite_article
+from grounding.references.lexicon import meanings
+from grounding.references.selection import Selection
+
+
+def taken_nouns(found: Sequence[Segment], called: Mapping[str, str]) -> list[str]:
+    """Say what each object is taken for that has its noun from the picture, a sentence each.
+
+    Args:
+        found: the objects.
+        called: name of an object -> the noun that the user gave it.
+    """
+    return [taken_for(each) for each in found if each.noun and each.name not in called]
+
+
+def chosen_by_noun(selection: Selection | None) -> bool:
+    """Return whether nouns decide which objects an instruction means."""
+    return selection is not None and bool(_asked(selection))
+
+
+def doubts(found: Sequence[Segment], called: Mapping[str, str], selection: Selection) -> list[str]:
+    """Say which objects may have one of the nouns that an instruction chooses by, but were not chosen.
+
+    Args:
+        found, called: as for `taken_nouns`.
+        selection: the chosen objects, as indices into those found.
+    """
+    asked = {word for noun in _asked(selection) for kinds in meanings(noun) for word in kinds}
+    doubtful = []
+    for index, each in enumerate(found):
+        if each.name in called or index in selection.indices:
+            continue
+        noun = max((noun for noun in each.nouns if noun.split()[-1] in asked), key=each.nouns.__getitem__, default="")
+        if noun:
+            doubtful.append(f"{each.name} may be {with_indefinite_article(noun)} too ({each.nouns[noun]:.2f})")
+    return doubtful
+
+
+def how_to_name(found: Sequence[Segment], unnamed: str, picture: np.ndarray) -> str:
+    """Say what the unnamed objects may be, where a picture (H, W, 3) of all with their numbers lies, and what to do."""
+    likely = [
+        f"{each.name} may be {with_indefinite_article(noun)} ({share:.2f})"
+        for each in found
+        if not each.noun
+        for noun, share in list(each.nouns.items())[:1]
+    ]
+    how = f"--call '{unnamed}=cup' says what an object is"
+    advice = () if nouns_available() else (HOW_TO_GET.split(";")[0],)
+    return "; ".join((*likely, f"the objects are numbered in {_written(picture)}", *advice, how))
+
+
+def _asked(selection: Selection) -> list[str]:
+    """Return the nouns that choose or leave out objects, without their adjectives."""
+    return [words.split()[-1] for words in (*selection.named, *selection.excluded) if words.split()]
+
+
+def _written(picture: np.ndarray) -> str:
+    """Write a picture where it stays after the process has ended; return its path."""
+    with tempfile.NamedTemporaryFile(prefix="structagent-objects-", suffix=".png", delete=False) as file:
+        Image.fromarray(picture).save(file, "png")
+    return file.name
