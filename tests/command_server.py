@@ -1,4 +1,4 @@
-"""Import the libraries of all commands once, and fork a process for each command that a launcher sends.
+"""Import all libraries once, and fork a process for each command that a launcher sends, and for each test process.
 
 A program, not a module: `tests/commands.py` starts it with the path of the socket that it listens on. It ends when its
 standard input closes, so it never outlives the tests.
@@ -10,6 +10,7 @@ import gc
 import importlib
 import io
 import marshal
+import multiprocessing.forkserver
 import multiprocessing.util
 import os
 import runpy
@@ -17,6 +18,7 @@ import selectors
 import signal
 import socket
 import sys
+import types
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -26,6 +28,7 @@ from typing import Any
 IMPORTED = (
     "structdiffusion.parallel_imports",  # first, because PyBullet is silent then
     "agent.batch.run",
+    "agent.chat.conversation",
     "agent.cli.app",
     "agent.evaluation.success.measure",
     "agent.pipeline.run",
@@ -39,6 +42,9 @@ IMPORTED = (
     "tokenizers",
     "vhacdx",
 )
+# What the tests' own processes import besides; not everything is installed everywhere.
+IMPORTED_BY_TESTS = ("mcp", "open3d", "pytest", "transformers.modeling_utils", "xdist.remote")
+AS_PYTHON = b"--python"  # before the arguments `-u -c CODE` of an interpreter, with which pytest-xdist starts processes
 HIGHEST_DESCRIPTOR = 4096
 
 
@@ -146,7 +152,10 @@ class Commands:
 
 
 def become(start: Start) -> None:
-    """Turn this process into one that was just started as `python -m agent`; it ends as the command ends."""
+    """Turn this process into one that was just started as `python -m agent`; it ends as the command ends.
+
+    After `--python`, into one that was just started as `python -u -c CODE`: a process of pytest-xdist.
+    """
     os.setsid()
     signal.signal(signal.SIGINT, signal.SIG_IGN if start.ignores_interrupt else signal.default_int_handler)
     for number in range(3):
@@ -165,9 +174,17 @@ def become(start: Start) -> None:
         stream = _text(number, getattr(sys, f"__{name}__"), unbuffered)
         setattr(sys, name, stream)
         setattr(sys, f"__{name}__", stream)
+    started = multiprocessing.util.spawnv_passfds
     multiprocessing.util.spawnv_passfds = _forked_helper
-    sys.argv = ["agent", *map(os.fsdecode, start.arguments)]
-    runpy.run_module("agent", run_name="__main__", alter_sys=True)
+    if start.arguments[0:1] == [AS_PYTHON]:
+        # Now, before threads run and before a test replaces anything: its workers import nothing anew.
+        multiprocessing.forkserver.ensure_running()
+        multiprocessing.util.spawnv_passfds = started
+        sys.argv, sys.modules["__main__"] = ["-c"], types.ModuleType("__main__")
+        exec(os.fsdecode(start.arguments[-1]), vars(sys.modules["__main__"]))
+    else:
+        sys.argv = ["agent", *map(os.fsdecode, start.arguments)]
+        runpy.run_module("agent", run_name="__main__", alter_sys=True)
 
 
 def _text(number: int, like: io.TextIOWrapper, unbuffered: bool) -> io.TextIOWrapper | None:
@@ -208,6 +225,9 @@ def _forked_helper(path: str, arguments: Sequence[Any], descriptors: Sequence[in
 def main() -> None:
     for name in IMPORTED:
         importlib.import_module(name)
+    for name in IMPORTED_BY_TESTS if sys.argv[2:] == ["tests"] else ():
+        with suppress(ModuleNotFoundError):
+            importlib.import_module(name)
     # Or the collector of each fork would copy every page. ompl would take it for a leak, and is not imported.
     gc.freeze()
     tasks = Path("/proc/self/task")
