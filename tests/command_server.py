@@ -6,6 +6,7 @@ standard input closes, so it never outlives the tests.
 
 from __future__ import annotations
 
+import functools
 import gc
 import importlib
 import io
@@ -43,7 +44,14 @@ IMPORTED = (
     "vhacdx",
 )
 # What the tests' own processes import besides; not everything is installed everywhere.
-IMPORTED_BY_TESTS = ("mcp", "open3d", "pytest", "transformers.modeling_utils", "xdist.remote")
+IMPORTED_BY_TESTS = (
+    "mcp",
+    "open3d",
+    "pytest",
+    "structdiffusion.training.distributed",
+    "transformers.modeling_utils",
+    "xdist.remote",
+)
 AS_PYTHON = b"--python"  # before the arguments `-u -c CODE` of an interpreter, with which pytest-xdist starts processes
 HIGHEST_DESCRIPTOR = 4096
 
@@ -222,12 +230,27 @@ def _forked_helper(path: str, arguments: Sequence[Any], descriptors: Sequence[in
         os._exit(status)
 
 
+def prepare() -> None:
+    """Do what each process would do anew, always with the same result: make the tree of commands, compile patterns."""
+    import typer
+
+    from agent.cli.app import app
+    from grounding.lazy_pattern import LazyPattern
+
+    typer.main.get_command = functools.cache(typer.main.get_command)
+    typer.main.get_command(app)
+    for found in gc.get_objects():
+        if type(found) is LazyPattern:
+            found.search("")
+
+
 def main() -> None:
     for name in IMPORTED:
         importlib.import_module(name)
     for name in IMPORTED_BY_TESTS if sys.argv[2:] == ["tests"] else ():
         with suppress(ModuleNotFoundError):
             importlib.import_module(name)
+    prepare()
     # Or the collector of each fork would copy every page. ompl would take it for a leak, and is not imported.
     gc.freeze()
     tasks = Path("/proc/self/task")
