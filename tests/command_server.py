@@ -6,6 +6,7 @@ standard input closes, so it never outlives the tests.
 
 from __future__ import annotations
 
+import atexit
 import functools
 import gc
 import importlib
@@ -19,8 +20,9 @@ import selectors
 import signal
 import socket
 import sys
+import threading
 import types
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -189,10 +191,33 @@ def become(start: Start) -> None:
         multiprocessing.forkserver.ensure_running()
         multiprocessing.util.spawnv_passfds = started
         sys.argv, sys.modules["__main__"] = ["-c"], types.ModuleType("__main__")
-        exec(os.fsdecode(start.arguments[-1]), vars(sys.modules["__main__"]))
+        end_with(lambda: exec(os.fsdecode(start.arguments[-1]), vars(sys.modules["__main__"])))
     else:
         sys.argv = ["agent", *map(os.fsdecode, start.arguments)]
-        runpy.run_module("agent", run_name="__main__", alter_sys=True)
+        end_with(lambda: runpy.run_module("agent", run_name="__main__", alter_sys=True))
+
+
+def end_with(program: Callable[[], object]) -> None:
+    """Run a program, and end the process as the interpreter does, but for taking down all libraries: that takes 0.45 s.
+
+    What is rare is left to the interpreter: an error, a message in place of an exit code, streams that are closed.
+    """
+    code = 0
+    try:
+        program()
+    except SystemExit as end:
+        if not isinstance(end.code, int | None):
+            raise
+        code = end.code or 0
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    try:
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:
+                stream.flush()
+    except (OSError, ValueError):
+        sys.exit(code)
+    os._exit(code & 0xFF)
 
 
 def _text(number: int, like: io.TextIOWrapper, unbuffered: bool) -> io.TextIOWrapper | None:

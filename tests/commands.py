@@ -30,6 +30,11 @@ def structagent(*arguments: str) -> list[str]:
     return [*_launcher(os.environ.get(_SERVER) or _server(os.getpid())), *arguments]
 
 
+def python_program(code: str) -> list[str]:
+    """Return the command line that runs code as `python -u -c CODE` does, with the libraries imported already."""
+    return [*structagent("--python"), "-u", "-c", code]
+
+
 def forked_python() -> list[str]:
     """Start a server for this test process and those that it starts; return the start of a command line.
 

@@ -8,7 +8,6 @@ import pytest
 
 from tests.commands import forked_python
 
-
 # Files with tests of 5 s and more: they come first, so that no process is busy with one when the others have ended.
 LONG = (
     "tests/grounding/parsers/test_llm_local.py",

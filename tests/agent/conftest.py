@@ -19,6 +19,7 @@ from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import StructureSpec
 from structdiffusion import parallel
 from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.objects.libraries import LIBRARIES
 from structdiffusion.objects.procedural import procedural_object, procedural_objects
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 from structdiffusion.simulation.depth_camera import DepthCamera
@@ -40,6 +41,8 @@ def _once_per_file(compute: Callable[..., object]) -> Callable[..., object]:
 
     def computed(encoder: SentenceEncoder, *more: object) -> object:
         file = encoder.folder / "model.safetensors"
+        if not file.is_file():
+            return compute(encoder, *more)
         state = encoder.source, file, file.stat().st_mtime_ns, file.stat().st_size, *more
         if state not in known:
             known[state] = compute(encoder, *more)
@@ -50,8 +53,8 @@ def _once_per_file(compute: Callable[..., object]) -> Callable[..., object]:
 
 @pytest.fixture(scope="session", autouse=True)
 def computed_once() -> Iterator[None]:
-    """Compute once for all tests of the agent what is the same for all: commands, drawn objects, the tests' own scene
-    files, and what the sentence encoder reads of its files.
+    """Compute once for all tests of the agent what is the same for all: commands, the objects of libraries, the tests'
+    own scene files, and what the sentence encoder reads of its files.
 
     In a process of one command each is computed once at most, and each has tests of its own elsewhere.
     """
@@ -70,6 +73,7 @@ def computed_once() -> Iterator[None]:
         patch.setattr(SentenceEncoder, "_load", _once_per_file(SentenceEncoder._load))
         patch.setattr("typer.main.get_command", functools.cache(typer.main.get_command))
         patch.setattr("structdiffusion.objects.procedural.procedural_object", functools.cache(procedural_object))
+        patch.setitem(LIBRARIES, "ycb", lambda ycb=functools.cache(LIBRARIES["ycb"]): list(ycb()))
         patch.setattr("agent.scenes.sources.load_scene", scene)
         yield
 
