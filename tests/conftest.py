@@ -8,24 +8,36 @@ import pytest
 
 from tests.commands import forked_python
 
-# Files with tests of 5 s and more: they come first, so that no process is busy with one when the others have ended.
+# Files with tests of 5 s and more, in groups that go to one process after the other: no process is to be busy with such
+# a test when the others have ended, and those of the language model would wait for each other.
 LONG = (
-    "tests/grounding/parsers/test_llm_local.py",
-    "tests/grounding/llm_goals/test_local.py",
-    "tests/agent/batch/",
-    "tests/agent/chat/test_transcripts.py",
-    "tests/agent/chat/test_repl.py",
-    "tests/agent/evaluation/success/",
-    "tests/agent/evaluation/test_",
-    "tests/agent/public/test_package.py",
-    "tests/structdiffusion/objects/test_everyday.py",
-    "tests/structdiffusion/training/test_distributed.py",
+    ("tests/agent/batch/test_run.py",),
+    ("tests/agent/evaluation/test_",),
+    ("tests/grounding/parsers/test_llm_local.py", "tests/grounding/llm_goals/test_local.py"),
+    ("tests/structdiffusion/objects/test_everyday.py", "tests/structdiffusion/training/test_distributed.py"),
+    ("tests/agent/public/test_package.py",),
+    ("tests/agent/chat/test_transcripts.py",),
+    ("tests/agent/batch/test_workers.py",),
+    ("tests/agent/evaluation/success/",),
+    ("tests/agent/chat/test_repl.py",),
 )
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let long tests come first; the order is otherwise as it was, and the same in every process."""
-    items.sort(key=lambda item: not item.nodeid.startswith(LONG))
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Let each process, which is given the same number of tests at first, begin with long ones."""
+    count = getattr(config, "workerinput", {}).get("workercount", 1)
+    first: list[list[pytest.Item]] = [[] for _ in range(count)]
+    others = []
+    for item in items:
+        group = next((number for number, paths in enumerate(LONG) if item.nodeid.startswith(paths)), None)
+        (others if group is None else first[group % count]).append(item)
+    ordered: list[pytest.Item] = []
+    for number, long in enumerate(first, start=1):
+        ordered += long
+        room = max(0, number * len(items) // count - len(ordered))
+        ordered += others[:room]
+        del others[:room]
+    items[:] = ordered + others
 
 
 def pytest_configure() -> None:
