@@ -32,7 +32,7 @@ class Work:
     threads: int | None
 
 
-def _context() -> multiprocessing.context.BaseContext:
+def worker_context() -> multiprocessing.context.BaseContext:
     """Return the start method of workers: forked from a server process that has imported the libraries.
 
     Not forked off this process: torch and PyBullet do not survive that with their threads and clients. The server has
@@ -68,7 +68,7 @@ class WorkerProcess:
     """
 
     def __init__(self, work: bytes) -> None:
-        context = _context()
+        context = worker_context()
         self.pipe, theirs = context.Pipe()
         self.job: tuple[int, Any] | None = None
         self._process = context.Process(target=_serve, args=(theirs, work, get_temp_dir()), daemon=True)

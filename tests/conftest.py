@@ -1,13 +1,57 @@
 """What holds for all tests of a process."""
 
 import gc
+import shlex
 import signal
+
+import pytest
+
+from tests.commands import forked_python
+
+# Files with tests of 5 s and more, in groups that go to one process after the other: no process is to be busy with such
+# a test when the others have ended, and those of the language model would wait for each other.
+LONG = (
+    ("tests/agent/batch/test_run.py",),
+    ("tests/agent/evaluation/test_",),
+    ("tests/grounding/parsers/test_llm_local.py", "tests/grounding/llm_goals/test_local.py"),
+    ("tests/structdiffusion/objects/test_everyday.py", "tests/structdiffusion/training/test_distributed.py"),
+    ("tests/agent/public/test_package.py",),
+    ("tests/agent/chat/test_transcripts.py",),
+    ("tests/agent/batch/test_workers.py",),
+    ("tests/agent/evaluation/success/",),
+    ("tests/agent/chat/test_repl.py",),
+)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Let each process, which is given the same number of tests at first, begin with long ones."""
+    count = getattr(config, "workerinput", {}).get("workercount", 1)
+    first: list[list[pytest.Item]] = [[] for _ in range(count)]
+    others = []
+    for item in items:
+        group = next((number for number, paths in enumerate(LONG) if item.nodeid.startswith(paths)), None)
+        (others if group is None else first[group % count]).append(item)
+    ordered: list[pytest.Item] = []
+    for number, long in enumerate(first, start=1):
+        ordered += long
+        room = max(0, number * len(items) // count - len(ordered))
+        ordered += others[:room]
+        del others[:room]
+    items[:] = ordered + others
 
 
 def pytest_configure() -> None:
     """Take Ctrl-C's signal, which a shell's background job ignores: tests interrupt themselves and commands with it."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes(specs) -> None:
+    """Fork the test processes off one that has imported the libraries, instead of importing them in each."""
+    python = shlex.join(forked_python())
+    for spec in specs:
+        spec.python = python
 
 
 def pytest_collection_finish() -> None:

@@ -150,7 +150,7 @@ class _Sheet:
 
     def finish(self) -> np.ndarray:
         """Return the picture (H, W, 3) uint8."""
-        return np.asarray(self.image.resize((self.image.width // 2, self.image.height // 2), Image.LANCZOS))
+        return np.asarray(self.image.reduce(2))
 
 
 def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:

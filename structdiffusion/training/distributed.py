@@ -19,7 +19,7 @@ from torch.multiprocessing import start_processes
 
 from structdiffusion.data.npz_files import DataFolderError
 from structdiffusion.models.checkpoint import CheckpointError
-from structdiffusion.worker_process import safe_path
+from structdiffusion.worker_process import safe_path, worker_context
 
 if TYPE_CHECKING:
     from structdiffusion.training.loss import Loss
@@ -81,10 +81,12 @@ def in_processes(work: Callable[..., None], count: int, *arguments: Any) -> None
     """
     # The caller reports the error that ended a process; that the others were stopped is not worth a message.
     logging.getLogger("torch.multiprocessing.spawn").setLevel(logging.ERROR)
-    failures = torch.multiprocessing.get_context("spawn").SimpleQueue()
+    context = worker_context()
+    failures = context.SimpleQueue()
+    given = work, count, _free_port(), failures, arguments
     try:
         with safe_path():
-            start_processes(_start, (work, count, _free_port(), failures, arguments), count, start_method="spawn")
+            start_processes(_start, given, count, start_method=context.get_start_method())
     except torch.multiprocessing.ProcessExitedException:
         if failures.empty():
             raise

@@ -1,7 +1,8 @@
 """A short invented run, in the pipeline's own events, and a small real table, for tests of the listeners."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +12,14 @@ import typer
 from agent import events
 from agent.arm.events import Picked, Placed, Planned
 from agent.event_base import Event
+from agent.scenes.object_placement import load_scene
 from agent.scenes.table_scene import TableScene
+from agent.scenes.validation import StandingObject
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import StructureSpec
 from structdiffusion import parallel
 from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.objects.libraries import LIBRARIES
 from structdiffusion.objects.procedural import procedural_object, procedural_objects
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 from structdiffusion.simulation.depth_camera import DepthCamera
@@ -31,26 +35,46 @@ def _cloud(name: str, category: str, x: float, y: float, rng: np.random.Generato
     return ObjectCloud(name, category, points, rng.integers(0, 255, (300, 3), dtype=np.uint8))
 
 
+def _once_per_file(compute: Callable[..., object]) -> Callable[..., object]:
+    """Return `compute`, of a sentence encoder and more, which computes once for as long as the encoder's file stays."""
+    known: dict[tuple[object, ...], object] = {}
+
+    def computed(encoder: SentenceEncoder, *more: object) -> object:
+        file = encoder.folder / "model.safetensors"
+        if not file.is_file():
+            return compute(encoder, *more)
+        state = encoder.source, file, file.stat().st_mtime_ns, file.stat().st_size, *more
+        if state not in known:
+            known[state] = compute(encoder, *more)
+        return known[state]
+
+    return computed
+
+
 @pytest.fixture(scope="session", autouse=True)
 def computed_once() -> Iterator[None]:
-    """Compute once for all tests of the agent what is the same for all: commands, drawn objects, the encoder's checksum.
+    """Compute once for all tests of the agent what is the same for all: commands, the objects of libraries, the tests'
+    own scene files, and what the sentence encoder reads of its files.
 
     In a process of one command each is computed once at most, and each has tests of its own elsewhere.
     """
-    checksums: dict[tuple[object, ...], str] = {}
+    scenes: dict[Path, tuple[StandingObject, ...]] = {}
 
-    def checksum(encoder: SentenceEncoder) -> str:
-        file = encoder.folder / "model.safetensors"
-        state = file, file.stat().st_mtime_ns, file.stat().st_size
-        if state not in checksums:
-            checksums[state] = compute(encoder)
-        return checksums[state]
+    def scene(path: Path) -> tuple[StandingObject, ...]:
+        if not path.is_relative_to(Path(__file__).parent):  # a test has written it
+            return load_scene(path)
+        if path not in scenes:
+            scenes[path] = load_scene(path)
+        return scenes[path]
 
-    compute = SentenceEncoder.checksum.func
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(SentenceEncoder, "checksum", property(checksum))
+        for name in ("checksum", "whole_words"):
+            patch.setattr(SentenceEncoder, name, property(_once_per_file(getattr(SentenceEncoder, name).func)))
+        patch.setattr(SentenceEncoder, "_load", _once_per_file(SentenceEncoder._load))
         patch.setattr("typer.main.get_command", functools.cache(typer.main.get_command))
         patch.setattr("structdiffusion.objects.procedural.procedural_object", functools.cache(procedural_object))
+        patch.setitem(LIBRARIES, "ycb", lambda ycb=functools.cache(LIBRARIES["ycb"]): list(ycb()))
+        patch.setattr("agent.scenes.sources.load_scene", scene)
         yield
 
 
@@ -64,6 +88,12 @@ def short_films(monkeypatch):
 def in_this_process(monkeypatch):
     """Do here what commands give to worker processes, which import and load everything anew."""
     monkeypatch.setattr(parallel, "_by_processes", lambda work, jobs, workers: parallel._here(work, jobs))
+
+
+@pytest.fixture
+def small_drawings(monkeypatch):
+    """Draw pictures from above with a ninth of the pixels."""
+    monkeypatch.setattr("agent.rendering.scene_images._PIXELS_PER_METRE", 500)
 
 
 @pytest.fixture

@@ -21,8 +21,8 @@ BROKEN = {
     3: (6, '{"text": "stack two boxes"'),
     5: (6, '{"txet": "stack two boxes"}'),
     6: (6, '{"text": "stack two boxes", "seed": "7"}'),
-    9: (2, '{"text": "stack two boxes", "model": "oracle"}'),
-    13: (6, '{"text": "stack two boxes", "id": "row-1"}'),
+    8: (2, '{"text": "stack two boxes", "model": "oracle"}'),
+    11: (6, '{"text": "stack two boxes", "id": "row-1"}'),
 }  # line -> exit code and text
 
 
@@ -89,7 +89,7 @@ class Batch:
 
 
 def test_killed_three_times_and_resumed_it_ends_as_if_undisturbed():
-    rows = [row("stack two boxes", id=f"row-{line}", seed=line) for line in range(1, 15)]
+    rows = [row("stack two boxes", id=f"row-{line}", seed=line) for line in range(1, 12)]
     rows[6] = row("stack two boxes on the left", model="diffusion")
     rows[9] = row("line up two boxes", model="diffusion", seed=4)
     for line, (_, text) in BROKEN.items():
@@ -98,7 +98,7 @@ def test_killed_three_times_and_resumed_it_ends_as_if_undisturbed():
     code, table, _ = Batch("orders.jsonl", "--out", "undisturbed", "--no-execute", *FLAGS, "2").end()
     undisturbed = results_of("undisturbed")
     assert code == 6 and "bad input" in table
-    assert [result["line"] for result in undisturbed] == list(range(1, 15))
+    assert [result["line"] for result in undisturbed] == list(range(1, 12))
     assert {result["line"]: result["exit_code"] for result in undisturbed if result["exit_code"]} == {
         line: code for line, (code, _) in BROKEN.items()
     }
@@ -118,7 +118,7 @@ def test_killed_three_times_and_resumed_it_ends_as_if_undisturbed():
     after = results_of("killed")
     assert code == 6
     assert timeless(after) == timeless(undisturbed)
-    assert reports_of("killed") == reports_of("undisturbed") and len(reports_of("killed")) == 9
+    assert reports_of("killed") == reports_of("undisturbed") and len(reports_of("killed")) == 6
     kept = {result["id"]: result for result in after if result["id"] in before}
     assert kept == before  # seconds too: nothing was done twice
 
@@ -137,6 +137,7 @@ def test_interrupted_it_keeps_what_has_ended_and_leaves_nobody_behind():
     assert page.count('class="stood"') == len(results) and page.count('class="waiting"') == 30 - len(results)
 
 
+@pytest.mark.usefixtures("in_this_process", "small_drawings")
 def test_again_it_does_what_is_missing_or_has_changed(capsys):
     rows = [row("stack two boxes", id=name, seed=1) for name in ("same", "edited", "lost", "dropped")]
     write("orders.jsonl", *rows, row("fly to the moon", id="moon"))
@@ -169,6 +170,7 @@ def beginning(err: str) -> str:
     return next(line for line in err.splitlines() if " to do" in line)
 
 
+@pytest.mark.usefixtures("in_this_process", "small_drawings")
 def test_a_finished_batch_called_again_has_nothing_to_do(capsys):
     write("orders.jsonl", row("stack two boxes", id="a"))
     arguments = ["batch", "orders.jsonl", "--out", "out", "--no-execute", *FLAGS, "1"]
@@ -193,6 +195,7 @@ def test_a_batch_whose_rows_are_all_bad(capsys):
     assert "1 of 2" not in again
 
 
+@pytest.mark.usefixtures("in_this_process", "small_drawings")
 def test_what_failed_is_kept_unless_it_is_to_be_tried_again_and_what_was_lost_is_not(capsys):
     write("orders.jsonl", row("stack two boxes", id="built"), row("fly to the moon", id="moon"), '{"txet": 1}')
     arguments = ["batch", "orders.jsonl", "--out", "out", "--no-execute", *FLAGS, "1"]
@@ -218,6 +221,7 @@ def test_what_failed_is_kept_unless_it_is_to_be_tried_again_and_what_was_lost_is
     assert "1 of 1: built done, " in said and results_of("out")[0]["success"]
 
 
+@pytest.mark.usefixtures("in_this_process", "small_drawings")
 def test_the_page_shows_every_row(capsys):
     instructions = {"built": "stack <two> boxes", "moon": "fly to the moon", "which": "put the boxes"}
     write("orders.jsonl", *(row(text, id=name) for name, text in instructions.items()), '{"txet": 1}')
@@ -240,11 +244,12 @@ def test_the_page_shows_every_row(capsys):
     assert 'href="#row-moon"' in page and "http" not in page  # it needs nothing but what lies beside it
 
 
-def test_results_follow_from_the_seed_whoever_works_and_in_whatever_order():
+def test_results_follow_from_the_seed_whoever_works_and_in_whatever_order(request):
     rows = [row("stack two boxes", id="a"), row("line up two boxes", id="b", seed=2)]
     write("forth.jsonl", *rows)
     write("back.jsonl", *rows[::-1])
     assert command_line(["batch", "forth.jsonl", "--out", "forth", *FLAGS, "2"]) == 0
+    request.getfixturevalue("in_this_process")
     assert command_line(["batch", "back.jsonl", "--out", "back", *FLAGS, "1"]) == 0
     assert reports_of("forth") == reports_of("back")
     assert all(report["verdict"]["how"] == "arm" for report in reports_of("forth").values())

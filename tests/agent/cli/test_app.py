@@ -407,9 +407,9 @@ def test_benchmark_with_options_that_cannot_be(fails):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_evaluation_measures_every_model_on_the_same_scenes(tmp_path, capsys):
+def test_evaluation_measures_every_model_on_the_same_scenes(objects, tmp_path, capsys):
     arguments = ["evaluate", "success", "--scenes", "1", "--workers", "1", "--candidates", "4", "--top-k", "2"]
-    arguments += [*EXACT, "--out", str(tmp_path / "new" / "reports")]
+    arguments += [*EXACT, "--objects", objects, "--out", str(tmp_path / "new" / "reports")]
     assert command_line(arguments) == 0
     table = capsys.readouterr().out
     report = json.loads((tmp_path / "new" / "reports" / "eval.json").read_text())

@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 
@@ -21,6 +20,7 @@ from agent.arm.controller import ArmDriver
 from agent.errors import INTERRUPTED, BadInput, UsageError
 from tests.agent.chat.conftest import DESK
 from tests.agent.mcp.conftest import QUICK, Person, data, plan, refusal
+from tests.commands import structagent
 
 TOKEN = "a-token-of-enough-characters"
 SCHEMAS = ("objects", "status", "status", "stands", "success", "stopped", "moved", "page")
@@ -67,8 +67,9 @@ async def whole_conversation(client, person: Person) -> None:
 
 
 def test_over_standard_input_and_output(tmp_path):
-    command = ["-m", "agent", "mcp", "--scene", str(DESK), "--model", "geometric", "--out", str(tmp_path / "out")]
-    server = StdioServerParameters(command=sys.executable, args=command, cwd=tmp_path)
+    options = ("--scene", str(DESK), "--model", "geometric", "--out", str(tmp_path / "out"))
+    command, *arguments = structagent("mcp", *options)
+    server = StdioServerParameters(command=command, args=arguments, cwd=tmp_path)
     person = Person()
 
     async def talk() -> None:
@@ -143,7 +144,7 @@ def test_a_client_that_is_lost_stops_its_build_over_http(served, monkeypatch):
 
 
 def test_ctrl_c_ends_a_server_that_waits_for_its_client(tmp_path):
-    command = [sys.executable, "-m", "agent", "mcp", "--scene", str(DESK), "--out", str(tmp_path / "out")]
+    command = structagent("mcp", "--scene", str(DESK), "--out", str(tmp_path / "out"))
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert any(b"serving on standard input and output" in line for line in process.stderr)
         process.send_signal(signal.SIGINT)

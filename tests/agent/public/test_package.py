@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
+
 import structagent
+from tests.commands import python_program
 
 ROOT = Path(__file__).parents[3]
 PACKAGE = ROOT / "agent" / "public" / "structagent"
@@ -19,10 +21,12 @@ BLOCKS = re.findall(r"^```python\n(.*?)^```$", (ROOT / "docs" / "python-api.md")
 
 def python(*arguments: str, folder: Path) -> subprocess.CompletedProcess:
     """Runs Python elsewhere, with the installed packages alone."""
+    return completed([sys.executable, *arguments], folder)
+
+
+def completed(command: list[str], folder: Path) -> subprocess.CompletedProcess:
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    return subprocess.run(
-        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True, timeout=500
-    )
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=500)
 
 
 def test_importing_it_loads_nothing_heavy(tmp_path):
@@ -113,9 +117,11 @@ def test_examples_are_short():
     ],
 )  # fmt: skip
 def test_examples_run(name, arguments, code, expected, tmp_path):
-    ran = python(str(ROOT / "docs" / "examples" / f"{name}.py"), *arguments, folder=tmp_path)
-    said = ran.stdout + ran.stderr
-    assert ran.returncode == code and all(part in said for part in expected), said
+    path = str(ROOT / "docs" / "examples" / f"{name}.py")
+    program = f"import runpy, sys; sys.argv = {[path, *arguments]}; runpy.run_path(sys.argv[0], run_name='__main__')"
+    done = completed(python_program(program), tmp_path)
+    said = done.stdout + done.stderr
+    assert done.returncode == code and all(part in said for part in expected), said
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []
 

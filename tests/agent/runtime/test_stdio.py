@@ -34,12 +34,9 @@ def folder(tmp_path_factory) -> Path:
     return folder
 
 
-LIGHT = ("--help", "--version", "completion", "config", "models")  # what they import takes less than a fork's exit
-
-
 def piped(arguments: list[str], folder: Path, output: int) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", "agent", *arguments] if arguments[0] in LIGHT else structagent(*arguments),
+        structagent(*arguments),
         cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdin=subprocess.DEVNULL,

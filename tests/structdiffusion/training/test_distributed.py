@@ -72,7 +72,7 @@ def test_two_processes_go_on_where_two_stopped(tmp_path):
     assert [(s["first_step"], s["last_step"]) for s in record["sessions"]] == [(0, 6), (6, 9)]
 
 
-# How the error travels does not depend on how many processes there are, and each imports torch anew.
+# How the error travels does not depend on how many processes there are.
 @pytest.mark.parametrize(("error", "count"), [(FileNotFoundError, 2), (DataFolderError, 1), (CheckpointError, 1)])
 def test_what_stops_a_process_reaches_the_one_that_started_it(error, count, tmp_path):
     with pytest.raises(error, match="has no scenes"):
