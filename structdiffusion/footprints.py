@@ -51,15 +51,11 @@ def clear_gap(a: np.ndarray, b: np.ndarray) -> float:
     return float(shapely.distance(shapely.Polygon(a), shapely.Polygon(b)))
 
 
-def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
-    """Return how far, metres, two convex outlines (K, 2) overlap: the shortest separating move; 0 if they are apart."""
-    return float(overlap_depths(a[None], b[None])[0])
-
-
 def overlap_depths(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the overlap (T,), metres, of each of T convex outlines (T, K, 2) with one of (T, L, 2).
+    """Return how far, metres, each of T convex outlines (T, K, 2) overlaps one of T others (T, L, 2): (T,).
 
-    By the separating axis theorem, two convex outlines overlap iff their shadows overlap along every edge normal.
+    That is the shortest separating move; 0 where they are apart. By the separating axis theorem, two convex outlines
+    overlap iff their shadows overlap along every edge normal.
     """
     depths = np.zeros(len(a))
     apart = (a.max(axis=1) <= b.min(axis=1)) | (b.max(axis=1) <= a.min(axis=1))

@@ -26,11 +26,6 @@ _ABOVE, _ABOVE_SUNK = 0.004, 0.01
 _OPENING = 0.85  # of a vessel's outline: what has to go inside must be narrower
 
 
-def settle(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
-    """Return the motions (N, 4, 4) with every object set down, as `settle_each` does."""
-    return settle_each(objects, motions[None])[0]
-
-
 def settle_each(objects: Sequence[ObjectEstimate], motions: np.ndarray) -> np.ndarray:
     """Return K proposals with every object upright and set down on the table or on the object below it.
 

@@ -9,7 +9,6 @@ from structdiffusion.footprints import (
     clear_gap,
     fit_circle,
     outline_centroid,
-    overlap_depth,
     overlap_depths,
     separation_along,
     tightest_ring_radius,
@@ -62,6 +61,10 @@ def test_centroids_do_not_depend_on_where_the_outline_is():
     for at in (5e9, 1e18):  # where an untrained network may put things: an outline is a point there, or nearly
         assert np.isfinite(outline_centroid(triangle + at)).all()
     np.testing.assert_allclose(outline_centroid(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])), [1.0, 1.0])
+
+
+def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
+    return float(overlap_depths(a[None], b[None])[0])
 
 
 def test_overlap_and_gap_of_rectangles():

@@ -7,13 +7,18 @@ import pytest
 from structdiffusion.completion.estimate import ObjectEstimate
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, yaw_of
 from structdiffusion.objects.solids import circle_outline
-from structdiffusion.postprocessing.settling import settle, settle_each
+from structdiffusion.postprocessing.settling import settle_each
 
 
 def thing(x=0.45, y=0.0, radius=0.05, height=0.08, hollow=False) -> ObjectEstimate:
     mean = np.array([x, y, 0.6 * height])
     rim = np.column_stack((circle_outline(radius) + (x, y), np.full(24, height)))
     return ObjectEstimate("can", "can", rim, mean, circle_outline(radius) + (x, y), height, 0.0, True, hollow)
+
+
+def settle(objects, motions: np.ndarray) -> np.ndarray:
+    """Set one proposal (N, 4, 4) down."""
+    return settle_each(objects, motions[None])[0]
 
 
 def motion_to(one: ObjectEstimate, x: float, y: float, lift: float, yaw: float = 0.0) -> np.ndarray:
