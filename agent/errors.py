@@ -87,6 +87,7 @@ _EXIT_CODE_OF = {
     ("structdiffusion.objects.model", "ObjectError"): BAD_INPUT,
     ("structdiffusion.models.checkpoint", "CheckpointError"): BAD_INPUT,
     ("structdiffusion.data.npz_files", "DataFolderError"): BAD_INPUT,
+    ("structdiffusion.benchmark.released_network", "ReleasedNetworkError"): BAD_INPUT,
     ("structdiffusion.parallel", "WorkerError"): DEFECT,
 }
 

@@ -51,23 +51,28 @@ def clear_gap(a: np.ndarray, b: np.ndarray) -> float:
     return float(shapely.distance(shapely.Polygon(a), shapely.Polygon(b)))
 
 
-def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
-    """Return how far, metres, two convex outlines overlap: the shortest separating move; 0 if they are apart.
+def overlap_depths(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return how far, metres, each of T convex outlines (T, K, 2) overlaps one of T others (T, L, 2): (T,).
 
-    By the separating axis theorem, two convex outlines overlap iff their shadows overlap along every edge normal.
+    That is the shortest separating move; 0 where they are apart. By the separating axis theorem, two convex outlines
+    overlap iff their shadows overlap along every edge normal.
     """
-    if (a.max(axis=0) <= b.min(axis=0)).any() or (b.max(axis=0) <= a.min(axis=0)).any():
-        return 0.0
-    depth = math.inf
+    depths = np.zeros(len(a))
+    apart = (a.max(axis=1) <= b.min(axis=1)) | (b.max(axis=1) <= a.min(axis=1))
+    near = np.flatnonzero(~apart.any(axis=1))
+    if not len(near):
+        return depths
+    a, b, shortest = a[near], b[near], np.full(len(near), math.inf)
     for outline in (a, b):
-        edges = _following(outline) - outline
-        normals = np.column_stack((edges[:, 1], -edges[:, 0]))
+        edges = np.concatenate((outline[:, 1:], outline[:, :1]), axis=1) - outline
+        normals = np.stack((edges[..., 1], -edges[..., 0]), axis=1)  # (T, 2, E)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
-        shadow_a, shadow_b = a @ normals.T, b @ normals.T  # (K, E)
+        shadow_a, shadow_b = a @ normals, b @ normals  # (T, K, E)
         # To either side: where one shadow lies inside the other, parting them takes more than its width.
-        shared = np.minimum(shadow_a.max(0) - shadow_b.min(0), shadow_b.max(0) - shadow_a.min(0))
-        depth = min(depth, float(shared.min()))
-    return max(depth, 0.0)
+        one_side, other_side = shadow_a.max(1) - shadow_b.min(1), shadow_b.max(1) - shadow_a.min(1)
+        shortest = np.minimum(shortest, np.minimum(one_side, other_side).min(axis=1))
+    depths[near] = np.maximum(shortest, 0.0)
+    return depths
 
 
 def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, clearance: float = CLEARANCE) -> float:

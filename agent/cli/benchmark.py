@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from agent.cli.benchmark_tables import decision_tables, growth_tables, sampling_table
 from agent.cli.options import JsonOption, ModelOption, WeightsOption
 from agent.errors import UsageError
 from agent.runtime.output_paths import check_folder
@@ -50,47 +53,112 @@ def benchmark(
     largest: Annotated[
         int | None, typer.Option(metavar="N", min=2, help="With --sweep: leave out sizes above N.")
     ] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help='With --sweep: read the batches on this Ray cluster as well; "local" starts one here.',
+        ),
+    ] = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Checkout of the released StructDiffusion (its code is run): time its network in the same run, on the "
+            "scene of the first decision, beside the model.",
+        ),
+    ] = None,
     json_output: JsonOption = False,
 ) -> None:
     """Measure the seconds of decisions, step by step.
 
     A decision runs from the observed point clouds to arrangements that are ranked and tried in physics. Each run
-    decides about another scene of procedural objects. Medians are reported of the whole and of each step.
+    decides about another scene of procedural objects. Medians are reported of the whole and of each step, in
+    tables of Markdown.
 
     Example: structagent benchmark --structure circle --objects 7
     """
-    _check(ctx, structure, sweep, largest)
+    _check(ctx, structure, sweep, largest, ray, reference)
     check_folder(sweep)
     import_pybullet_silently()
     import torch
 
-    from agent.runtime.atomic_files import write_whole
-    from structdiffusion.benchmark import growth, latency
-
     torch.set_num_threads(threads)
     with results_stream() as results:
         if sweep is not None:
-            grown = growth.measure_growth(model, runs, largest, weights)
-            report = growth.growth_json(grown)
-            growth.plot(grown, sweep / PLOT)
-            write_whole(sweep / REPORT, report)
-            print(f"wrote {sweep / REPORT}\nwrote {sweep / PLOT}", file=sys.stderr)
-            rows = json.loads(report)
-            print(json.dumps(rows) if json_output else _growth_table(rows), file=results)
+            rows = _sweep(model, runs, largest, weights, ray, sweep)
+            print(json.dumps(rows) if json_output else growth_tables(rows), file=results)
             return
+        from structdiffusion.benchmark import latency
+
         chosen = structure is not None or _is_given(ctx, "objects")
         decisions = [(shape, objects) for shape in structure or [_SHAPE]] if chosen else latency.DECISIONS
+        # A folder that is no checkout is refused before anything is measured.
+        sampling = [] if reference is None else _sampling(reference, model, decisions[0], runs, weights)
         rows = latency.measure_decisions(model, decisions, candidates, runs, weights)
-        print(json.dumps(rows) if json_output else "\n\n".join(map(_table, rows)), file=results)
+        if json_output:
+            print(json.dumps([*rows, *sampling]), file=results)
+        else:
+            tables = [decision_tables(rows), *([sampling_table(sampling, rows[0])] if sampling else [])]
+            print("\n\n".join(tables), file=results)
 
 
-def _check(ctx: typer.Context, structure: Sequence[str] | None, sweep: Path | None, largest: int | None) -> None:
+def _sweep(
+    model: str, runs: int, largest: int | None, weights: Path | None, ray: str | None, folder: Path
+) -> list[dict[str, Any]]:
+    """Measure all growths, write them and their plot to a folder, and return them."""
+    from agent.runtime.atomic_files import write_whole
+    from agent.runtime.ray_cluster import ray_cluster
+    from structdiffusion.benchmark import growth
+
+    processes = max(2, os.cpu_count() or 2)
+    with nullcontext() if ray is None else ray_cluster(ray, None) as ray_workers:
+        grown = growth.measure_growth(model, runs, largest, weights, processes, ray_workers)
+    report = growth.growth_json(grown)
+    growth.plot(grown, folder / PLOT)
+    write_whole(folder / REPORT, report)
+    print(f"wrote {folder / REPORT}\nwrote {folder / PLOT}", file=sys.stderr)
+    return json.loads(report)
+
+
+def _sampling(
+    checkout: Path, model: str, decision: tuple[str, int], runs: int, weights: Path | None
+) -> list[dict[str, Any]]:
+    """Time the released network and the model on one scene.
+
+    Raises:
+        UsageError: if the model does not denoise.
+    """
+    from structdiffusion.benchmark import latency, released_network
+    from structdiffusion.planners.diffusion import DiffusionPlanner
+
+    released = released_network.ReleasedNetwork(checkout)
+    planner = latency.loaded(model, weights)
+    if not isinstance(planner, DiffusionPlanner):
+        raise UsageError(f"--reference compares denoising steps, and --model {model} has none")
+    shape, objects = decision
+    (scene,) = latency.observed_scenes(shape, objects, 1)
+    return [row.to_dict() for row in released_network.measure_sampling(released, planner, model, shape, scene, runs)]
+
+
+def _check(
+    ctx: typer.Context,
+    structure: Sequence[str] | None,
+    sweep: Path | None,
+    largest: int | None,
+    ray: str | None,
+    reference: Path | None,
+) -> None:
     """Refuse options that contradict one another, and unknown structures."""
     given = [f"--{name}" for name in ("structure", "objects", "candidates") if _is_given(ctx, name)]
     if sweep is not None and given:
         raise UsageError(f"--sweep varies the sizes itself; leave out {' and '.join(given)}")
+    if sweep is not None and reference is not None:
+        raise UsageError("--reference times a single scene; leave out --sweep")
     if largest is not None and sweep is None:
         raise UsageError("--largest bounds the sizes of --sweep, which is not given")
+    if ray is not None and sweep is None:
+        raise UsageError("--ray reads the batches of --sweep, which is not given")
     for shape in structure or ():
         if shape not in SHAPES:
             raise UsageError(f"--structure cannot be {shape!r}; legal values: {', '.join(SHAPES)}")
@@ -100,30 +168,3 @@ def _is_given(ctx: typer.Context, name: str) -> bool:
     """Tell whether an option stands on the command line."""
     source = ctx.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE"
-
-
-def _table(row: dict[str, Any]) -> str:
-    """Describe one decision in a sentence, and its steps in a table."""
-    threads = "1 thread" if row["threads"] == 1 else f"{row['threads']} threads"
-    spread = f"median of {row['runs']} runs; {row['seconds_min']:.2f} to {row['seconds_max']:.2f}"
-    objects = " to ".join(map(str, sorted({row["objects"][0], row["objects"][-1]})))
-    lines = [
-        f"{row['model']}, {row['structure']}, {objects} objects, {row['candidates']} candidates, {threads}: "
-        f"{row['seconds_median']:.2f} s ({spread}), CPU {row['cpu_seconds_median']:.2f} s",
-        f"  {'step':<20} {'seconds':>8} {'CPU':>8} {'calls':>6}",
-    ]
-    for step in row["steps"]:
-        cost = f"{step['seconds']:8.3f} {step['cpu_seconds']:8.3f} {step['calls']:6.0f}"
-        lines.append(f"  {step['step']:<20} {cost}")
-    return "\n".join(lines)
-
-
-def _growth_table(rows: Sequence[dict[str, Any]]) -> str:
-    """Describe each growth in a line with its exponent, and its sizes in a table."""
-    lines = []
-    for row in rows:
-        exponent = "" if row["exponent"] is None else f": grows with exponent {row['exponent']:.2f}"
-        lines += [f"{row['size']} ({row['held']}){exponent}", f"  {'size':>8} {'seconds':>9} {'CPU':>9} {'MB':>8}"]
-        for size, seconds, cpu, memory in zip(row["sizes"], row["seconds"], row["cpu_seconds"], row["megabytes"]):
-            lines.append(f"  {size:>8} {seconds:>9.3f} {cpu:>9.3f} {'' if memory is None else f'{memory:.1f}':>8}")
-    return "\n".join(lines)

@@ -6,6 +6,7 @@ true models.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from structdiffusion.footprints import outline_centroid, outline_centroids, overlap_depth, turned, turned_by_each
+from structdiffusion.footprints import outline_centroid, outline_centroids, overlap_depths, turned, turned_by_each
 from structdiffusion.geometry import yaws_of
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
@@ -170,26 +171,37 @@ def imagined_structures(objects: Sequence[ObjectEstimate], motions: np.ndarray) 
     """
     turns = yaws_of(motions)
     bodies_of: list[list[PlacedBody]] = [[] for _ in motions]
+    everywhere = []
     for i, thing in enumerate(objects):
         outlines = turned_by_each(thing.outline, turns[:, i]) + motions[:, i, None, :2, 3]
         centroids = outline_centroids(outlines)
+        everywhere.append(outlines)
         for k, bodies in enumerate(bodies_of):
             lift, yaw = float(motions[k, i, 2, 3]), thing.front_yaw + float(turns[k, i])
             bodies.append(
                 PlacedBody(thing.name, thing.category, outlines[k], centroids[k], lift, lift + thing.height, yaw)
             )
-    return [_resting(bodies) for bodies in bodies_of]
+    stacked = motions[..., 2, 3] >= _ON_TABLE
+    overlapping = np.zeros((len(motions), len(objects), len(objects)), dtype=bool)
+    for i, j in itertools.combinations(range(len(objects)), 2):
+        rows = np.flatnonzero(stacked[:, i] | stacked[:, j])  # where neither is stacked, nothing asks
+        depths = overlap_depths(everywhere[i][rows], everywhere[j][rows])
+        overlapping[rows, i, j] = overlapping[rows, j, i] = depths > OVERLAP
+    return [_resting(bodies, table) for bodies, table in zip(bodies_of, overlapping.tolist())]
 
 
-def _resting(bodies: list[PlacedBody]) -> list[PlacedBody]:
-    """Return bodies that know which others carry them: the highest below, and those beside it about as high."""
+def _resting(bodies: list[PlacedBody], overlapping: Sequence[Sequence[bool]]) -> list[PlacedBody]:
+    """Return bodies that know which others carry them: the highest below, and those beside it about as high.
+
+    Args:
+        bodies: the N bodies.
+        overlapping: (N, N) whether the outlines of two of them overlap, where one of them is stacked.
+    """
     order = sorted(range(len(bodies)), key=lambda i: bodies[i].z_bottom)
     for rank, upper in enumerate(order):
         if bodies[upper].z_bottom < _ON_TABLE:
             continue
-        below = [
-            lower for lower in order[:rank] if overlap_depth(bodies[upper].footprint, bodies[lower].footprint) > OVERLAP
-        ]
+        below = [lower for lower in order[:rank] if overlapping[upper][lower]]
         if below:
             carrier = max(below, key=lambda lower: bodies[lower].z_top)
             beside = (

@@ -17,7 +17,7 @@ from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.postprocessing.ranking import checks_scores
-from structdiffusion.postprocessing.settling import settle
+from structdiffusion.postprocessing.settling import settle_each
 from structdiffusion.structures.structure import LayoutError
 
 
@@ -57,12 +57,13 @@ class GeometricPlanner:
                 turn[:2, 3] = layout.positions[place, :2] - turn[:2, :2] @ item_at
                 turn[2, 3] = layout.positions[place, 2]
                 motions[i] = turn
-            laid_out.append(settle(objects, motions))
+            laid_out.append(motions)
             frames.append(layout.world_from_structure)
         if not laid_out:
             raise reason
-        scores = self._scores(objects, others, np.array(laid_out), goal, scene.table)
-        arrangements = [Arrangement(*row) for row in zip(laid_out, scores, frames, strict=True)]
+        settled = settle_each(objects, np.array(laid_out))
+        scores = self._scores(objects, others, settled, goal, scene.table)
+        arrangements = [Arrangement(*row) for row in zip(settled, scores, frames, strict=True)]
         arrangements.sort(key=lambda arrangement: -arrangement.scores["total"])
         if self.rollouts:
             return rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.rollouts)

@@ -16,7 +16,7 @@ from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.postprocessing.ranking import Ranker
 from structdiffusion.postprocessing.refinement import align_cutlery, fit_to_size, separate
-from structdiffusion.postprocessing.settling import settle
+from structdiffusion.postprocessing.settling import settle_each
 from structdiffusion.postprocessing.table_regions import shift_into_place
 from structdiffusion.structures.bodies import PlacedBody
 
@@ -55,13 +55,11 @@ class PostProcessor:
     def place(self, seen: EncodedScene, scene: Scene, spec: StructureSpec, sampled: PoseSamples) -> PoseSamples:
         """Set the samples down, refine them, and move each with its frame to its place on the table."""
         objects, others = seen.objects, [estimate(cloud) for cloud in scene.distractors]
-        motions, frames = sampled.motions.copy(), sampled.frames.copy()
+        motions, frames = settle_each(objects, sampled.motions), sampled.frames.copy()
 
         def everyone() -> Iterator[tuple[int, list[PlacedBody]]]:
             return enumerate(imagined_structures(objects, motions))
 
-        for k in range(len(motions)):
-            motions[k] = settle(objects, motions[k])
         if self.refined:
             for k, bodies in everyone():
                 motions[k] = fit_to_size(objects, motions[k], spec, bodies)

@@ -9,7 +9,7 @@ from structdiffusion.footprints import (
     clear_gap,
     fit_circle,
     outline_centroid,
-    overlap_depth,
+    overlap_depths,
     separation_along,
     tightest_ring_radius,
     turned,
@@ -63,6 +63,10 @@ def test_centroids_do_not_depend_on_where_the_outline_is():
     np.testing.assert_allclose(outline_centroid(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])), [1.0, 1.0])
 
 
+def overlap_depth(a: np.ndarray, b: np.ndarray) -> float:
+    return float(overlap_depths(a[None], b[None])[0])
+
+
 def test_overlap_and_gap_of_rectangles():
     a, b = rectangle(0.2, 0.1), rectangle(0.1, 0.1)
     assert clear_gap(a, b + (0.18, 0.0)) == pytest.approx(0.03)
@@ -74,6 +78,17 @@ def test_overlap_and_gap_of_rectangles():
     diamond = turned(rectangle(0.1, 0.1), math.pi / 4)
     assert overlap_depth(diamond, diamond + (0.08, 0.08)) == 0.0
     assert clear_gap(diamond, diamond + (0.08, 0.08)) == pytest.approx(0.08 * math.sqrt(2) - 0.1)
+
+
+def test_overlaps_of_many_outlines_are_those_of_each_pair():
+    rng = np.random.default_rng(3)
+    boxes = np.array([turned(rectangle(0.1, 0.05), yaw) for yaw in rng.uniform(-3, 3, 40)])
+    boxes += rng.uniform(-0.08, 0.08, (40, 1, 2))
+    rings = np.array([circle_outline(radius, 12) for radius in rng.uniform(0.02, 0.06, 40)])
+    depths = overlap_depths(boxes, rings)
+    assert 5 < (depths > 0).sum() < 35
+    np.testing.assert_allclose(depths, [overlap_depth(a, b) for a, b in zip(rings, boxes)], atol=1e-15)
+    assert overlap_depths(boxes[:0], rings[:0]).shape == (0,)
 
 
 def test_moving_by_the_overlap_parts_two_outlines():

@@ -15,8 +15,11 @@ import trimesh
 from agent import __version__
 from agent.cli import app as cli
 from agent.cli.app import command_line
+from agent.cli.benchmark_tables import growth_tables
 from grounding.spec import SHAPES
+from structdiffusion.benchmark import growth
 from tests.commands import structagent
+from tests.structdiffusion.benchmark.released_checkout import checkout
 
 ROOT = Path(__file__).parents[3]
 EXACT = ("--model", "geometric")
@@ -87,6 +90,8 @@ def test_help_answers_at_once():
         (["benchmark", "--sweep", "s", "--objects", "3"], ("--sweep", "--objects")),
         (["benchmark", "--structure", "heap"], ("--structure", "'heap'", "pyramid")),
         (["benchmark", "--largest", "9"], ("--largest", "--sweep")),
+        (["benchmark", "--ray", "local"], ("--ray", "--sweep")),
+        (["benchmark", "--sweep", "s", "--reference", "d"], ("--sweep", "--reference")),
         (["run"], ("TEXT",)),
         (["run", CIRCLE, "--scene", "bag"], ("'bag'", "simulated")),
         (["run", CIRCLE, "--seed", "many"], ("--seed", "'many'")),
@@ -385,25 +390,45 @@ def test_training_on_an_unknown_device(fails, tmp_path):
     assert "'tpu'" in sentence and "auto, cpu, cuda" in sentence
 
 
-def test_benchmark_measures_decisions_and_their_growth(tmp_path, capsys):
-    line = ["benchmark", "--model", "diffusion-tokens", "--runs", "1"]
-    assert command_line([*line, "--objects", "3", "--candidates", "2"]) == 0
-    said = capsys.readouterr().out
-    assert said.startswith("diffusion-tokens, circle, 3 objects, 2 candidates, 1 thread: ")
-    assert "median of 1 runs" in said
-    assert [row.split("  ")[1] for row in said.splitlines()[2:]][1:4] == ["sample", "refine", "rank"]
-    folder = tmp_path / "s"
-    line = ["benchmark", "--model", "geometric", "--runs", "1", "--sweep", str(folder), "--largest", "4", "--json"]
-    assert command_line(line) == 0
+def test_benchmark_measures_decisions_in_tables_of_markdown(tmp_path, capsys):
+    line = ["benchmark", "--model", "diffusion-tokens", "--runs", "1", "--objects", "3", "--candidates", "2"]
+    assert command_line([*line, "--reference", str(checkout(tmp_path))]) == 0
+    summary, decision, steps, about, sampling, ratio = capsys.readouterr().out.strip().split("\n\n")
+    assert summary == "diffusion-tokens, 2 candidates, 1 thread; medians of 1 runs:"
+    assert decision.splitlines()[2].startswith("| circle, 3 objects | ")
+    assert [row.split(" | ")[0] for row in steps.splitlines()[3:6]] == ["| sample", "| refine", "| rank"]
+    assert about.startswith("circle of 3 objects, 10 samples; the released network without its weights")
+    assert [row.split(" | ")[0] for row in sampling.splitlines()[2:]] == [
+        "| StructDiffusion, as released",
+        "| diffusion-tokens",
+        "| diffusion-tokens, the whole decision about 2 candidates",
+    ]
+    for table in (decision, steps, sampling):  # every row has as many cells as the head
+        assert len({row.replace(r"\|", "").count("|") for row in table.splitlines()}) == 1
+    assert ratio.startswith("A candidate of the released network takes ")
+
+
+def test_benchmark_measures_growth(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(growth, "INSTRUCTIONS", (2,))
+    monkeypatch.setattr(growth, "in_parallel", lambda *_, **__: iter([0.5]))
+    line = ["benchmark", "--model", "geometric", "--runs", "1", "--sweep", str(tmp_path / "s"), "--largest", "3"]
+    assert command_line([*line, "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
-    assert [(row["size"], row["sizes"]) for row in rows] == [("candidates", [1, 4]), ("objects", [3, 4])]
-    assert json.loads((folder / "benchmark.json").read_text()) == rows
-    assert (folder / "benchmark.png").read_bytes().startswith(b"\x89PNG")
+    expected = [("candidates", [1]), ("objects", [2, 3]), ("instructions", [2]), ("instructions", [2])]
+    assert [(row["size"], row["sizes"]) for row in rows] == expected
+    assert json.loads((tmp_path / "s" / "benchmark.json").read_text()) == rows
+    assert (tmp_path / "s" / "benchmark.png").read_bytes().startswith(b"\x89PNG")
+    tables = growth_tables(rows)
+    assert "candidates (a circle of 3 objects)\n\n| candidates | seconds | CPU seconds | MB |" in tables
+    assert "objects (a line, 3 candidates): CPU seconds grow with exponent " in tables
 
 
 def test_benchmark_with_options_that_cannot_be(fails):
     assert "there is no folder nowhere with checkpoints" in fails(6, "benchmark", "--weights", "nowhere")
     assert "and the table only" in fails(3, "benchmark", "--objects", "40")
+    assert "has no file src/StructDiffusion/models/models.py" in fails(6, "benchmark", "--reference", "nowhere")
+    folder = checkout(Path("there"))
+    assert "--model geometric has none" in fails(2, "benchmark", "--reference", str(folder), *EXACT)
 
 
 @pytest.mark.usefixtures("in_this_process")

@@ -4,7 +4,7 @@ import torch
 
 from structdiffusion.data.collision_pairs import generate_pairs
 from structdiffusion.data.demonstrations import save_library
-from structdiffusion.footprints import clear_gap, overlap_depth, turned
+from structdiffusion.footprints import clear_gap, overlap_depths, turned
 from structdiffusion.models.collision.loss import PairBatches
 from structdiffusion.objects.solids import assemble, box
 
@@ -41,7 +41,7 @@ def true_distance(boxes, ids, poses) -> float:
     apart = max(poses[1][2] - (poses[0][2] + a.height), poses[0][2] - (poses[1][2] + b.height))
     if aside > 0 or apart > 0:
         return float(np.hypot(aside, max(apart, 0.0)))
-    return max(-overlap_depth(*outlines), apart)
+    return max(-overlap_depths(*(outline[None] for outline in outlines))[0], apart)
 
 
 def test_distances_of_boxes_are_right_in_sign_and_size(boxes, folder):

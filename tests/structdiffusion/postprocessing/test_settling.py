@@ -7,13 +7,18 @@ import pytest
 from structdiffusion.completion.estimate import ObjectEstimate
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, yaw_of
 from structdiffusion.objects.solids import circle_outline
-from structdiffusion.postprocessing.settling import settle
+from structdiffusion.postprocessing.settling import settle_each
 
 
 def thing(x=0.45, y=0.0, radius=0.05, height=0.08, hollow=False) -> ObjectEstimate:
     mean = np.array([x, y, 0.6 * height])
     rim = np.column_stack((circle_outline(radius) + (x, y), np.full(24, height)))
     return ObjectEstimate("can", "can", rim, mean, circle_outline(radius) + (x, y), height, 0.0, True, hollow)
+
+
+def settle(objects, motions: np.ndarray) -> np.ndarray:
+    """Set one proposal (N, 4, 4) down."""
+    return settle_each(objects, motions[None])[0]
 
 
 def motion_to(one: ObjectEstimate, x: float, y: float, lift: float, yaw: float = 0.0) -> np.ndarray:
@@ -108,3 +113,18 @@ def test_a_thing_wider_than_the_opening_stays_on_the_rim():
     bowl, lid = thing(radius=0.05, height=0.06, hollow=True), thing(y=0.3, radius=0.06, height=0.02)
     motions = np.array([np.eye(4), motion_to(lid, 0.45, 0.0, 0.03)])
     assert settle([bowl, lid], motions)[1, 2, 3] == pytest.approx(0.064)
+
+
+def test_many_proposals_are_set_down_as_each_alone():
+    """A tower, the same upside down, and side by side: each as if it were the only one."""
+    broad, narrow = thing(radius=0.06, height=0.05), thing(radius=0.03, height=0.07)
+    proposals = np.array(
+        [
+            [motion_to(broad, 0.4, 0.1, 0.0, 0.3), motion_to(narrow, 0.41, 0.1, 0.06)],
+            [motion_to(broad, 0.4, 0.1, 0.08), motion_to(narrow, 0.41, 0.1, 0.0, -2.0)],
+            [motion_to(broad, 0.4, 0.1, 0.03), motion_to(narrow, 0.4, 0.3, -0.01)],
+        ]
+    )
+    settled = settle_each([broad, narrow], proposals)
+    np.testing.assert_array_equal(settled, [settle([broad, narrow], each) for each in proposals])
+    np.testing.assert_allclose(settled[:, :, 2, 3], [[0.0, 0.054], [0.074, 0.0], [0.0, 0.0]], atol=1e-9)

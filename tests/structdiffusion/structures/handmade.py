@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from structdiffusion.footprints import overlap_depth, turned
+from structdiffusion.footprints import overlap_depths, turned
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
@@ -74,7 +74,9 @@ def carriers(index, outlines, bottoms, tops):
     return tuple(
         j
         for j, (outline, top) in enumerate(zip(outlines, tops))
-        if j != index and abs(bottoms[index] - top) < 0.011 and overlap_depth(outlines[index], outline) > 0.002
+        if j != index
+        and abs(bottoms[index] - top) < 0.011
+        and overlap_depths(outlines[index][None], outline[None])[0] > 0.002
     )
 
 
