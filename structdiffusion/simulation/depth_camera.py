@@ -133,7 +133,7 @@ BESIDE = "beside"  # the view in which the arm is seen at work
 # visible; above the table; and across the table.
 VIEWS = {
     "robot": DepthCamera(),
-    BESIDE: DepthCamera(eye=(-0.40, -1.12, 1.08), target=(0.25, 0.0, 0.12), vertical_field=math.radians(42.0)),
+    BESIDE: DepthCamera(eye=(-0.40, -1.12, 1.08), target=(0.25, 0.0, 0.14), vertical_field=math.radians(42.0)),
     "top": DepthCamera(eye=(0.45, 0.0, 1.35), target=(0.45, 0.0, 0.0), up=(1.0, 0.0, 0.0)),
     "opposite": DepthCamera(eye=(1.55, 0.0, 0.75), target=(0.36, 0.0, 0.08)),
 }
