@@ -38,6 +38,7 @@ def build_with_arm(
     ranks: Sequence[int] | None = None,
     film: bool = True,
     on_step: Callable[[TableScene], None] | None = None,
+    on_check: Callable[[], None] | None = None,
     log: TrajectoryLog | None = None,
 ) -> Generator[Event, None, None]:
     """Build with the arm, take a picture after every placement, and check the result.
@@ -51,6 +52,7 @@ def build_with_arm(
         ranks: of the arrangements, from 1; by default they are numbered in order.
         film: whether to take pictures of the arm at work too, and a film, however the build ends.
         on_step: called after every physics step while the arm is at work.
+        on_check: called for every configuration that the planning of motions checks.
         log: gets every motion of the arm.
 
     Raises:
@@ -78,8 +80,9 @@ def build_with_arm(
     with nullcontext() if reel is None else reel:
         try:
             work = build_structure(
-                table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, log=log, rules=rules
-            )
+                table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, on_check=on_check, log=log,
+                rules=rules,
+            )  # fmt: skip
             yield from forward_events(work, progress.with_context)
         except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
             yield from progress.film()

@@ -11,7 +11,7 @@ import numpy as np
 # The corners of each side of a box, counter-clockwise from outside.
 BOX_SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 _SEGMENTS = 40  # of a cylinder's outline
-_CREASE = 0.77  # cosine: faces that meet at more than some 40 degrees keep the edge between them
+_CREASE = 0.8  # cosine between a face and the mean of those around a corner: beyond it, an edge is there
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +38,10 @@ class Surface:
         of_vertex = np.zeros_like(self.vertices, dtype=float)
         for corner in range(3):  # larger faces weigh more
             np.add.at(of_vertex, self.faces[:, corner], across)
-        flat = np.repeat(_unit(across)[:, None], 3, axis=1)
-        smooth = _unit(of_vertex)[self.faces]
-        return np.where((smooth * flat).sum(axis=2, keepdims=True) > _CREASE, smooth, flat)
+        flat, smooth = np.repeat(_unit(across)[:, None], 3, axis=1), _unit(of_vertex)
+        bend = np.ones(len(self.vertices))
+        np.minimum.at(bend, self.faces, (smooth[self.faces] * flat).sum(axis=2))
+        return np.where((bend < _CREASE)[self.faces][..., None], flat, smooth[self.faces])
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
