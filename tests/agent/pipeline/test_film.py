@@ -106,5 +106,5 @@ def test_an_interrupted_build_has_its_film_too(table):
     assert film.frames.shape[1:] == (480, 640, 3) and len(film.frames) >= 3
     assert np.abs(film.frames[2].astype(int) - film.frames[0]).max() > 30  # the arm has moved
     assert film.motions.keys() == set(table.names)
-    assert film.motions[table.names[0]][0] == pytest.approx(np.eye(4), abs=1e-3)
+    assert film.motions[table.names[0]][0] == pytest.approx(np.eye(4), abs=5e-3)
     assert {shape.link for shape in film.shapes} <= film.links.keys()
