@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw
 
+from agent.rendering.furniture import FLOOR, TOP_FACES, furniture
 from agent.rendering.plane_light import KEY, LAMP, LIFT, SKY, LitPlane, lamp_points
 from agent.rendering.surfaces import BOX_SIDES, Surface, box
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Table
-from structdiffusion.simulation.bodies import TABLE_THICKNESS
 from structdiffusion.simulation.depth_camera import DepthCamera
 
-FLOOR = -0.42  # z: low enough for the height of a table, high enough to be visible in pictures
 _MIDDLE = np.array([[0.5, 0.5]], dtype=np.float32)  # of a pixel: column, row
 # Rays through an edge: in other columns and rows each, so that steep and flat edges have five shades.
 _WITHIN = np.array([[0.375, 0.125], [0.875, 0.375], [0.625, 0.875], [0.125, 0.625]], dtype=np.float32)
@@ -30,13 +29,10 @@ _TABLE_SQUARE, _FLOOR_SQUARE = 0.008, 0.05  # of the light on them
 _FLOOR_REACH = 0.9  # m around the table within which the floor has shadows
 _FLOOR_GLOW = 0.55  # share of the light that the floor has in any shadow, as in a bright room
 _SHINE = 30  # exponent of highlights
-_WOOD, _METAL = (0.80, 0.66, 0.50), (0.60, 0.62, 0.66)
 _NEAR_FLOOR, _FAR_FLOOR = (0.78, 0.80, 0.83), (0.90, 0.905, 0.915)
 _FADES = (1.0, 3.4)  # m from the camera: where the floor begins to fade, and where it has faded
 _STEP, _BEND = 0.012, 0.9  # m, cosine: a larger step or turn between neighbouring pixels is an edge
 _FAR = 100.0  # m: the depth of pixels without a body
-_TOP_FACES = 12  # of the table top, the first of what stands still
-_LEG, _INSET, _PEDESTAL = 0.045, 0.01, 0.11  # m: width of a leg, its distance to the edge, half a pedestal
 _MARGIN = 0.005  # m around the box of a body, some pixels: an edge is looked for there
 
 
@@ -71,7 +67,7 @@ class Stage:
         self, camera: DepthCamera, ground: Table, base: Sequence[float] | None, surfaces: Sequence[Surface]
     ) -> None:
         self._camera, self._bodies = camera, _Meshes(surfaces)
-        self._still = _Meshes(_furniture(ground, base))
+        self._still = _Meshes(furniture(ground, base))
         self._eye = camera.world_from_camera[:3, 3].astype(np.float32)
         self._corner, self._right, self._down = _raster(camera)
         reach = Table(
@@ -194,16 +190,16 @@ class Stage:
         with np.errstate(divide="ignore", invalid="ignore"):
             to_floor = (FLOOR - self._eye[2]) / rays[:, 2]
         to_floor[~(to_floor > 0)] = np.inf
-        furniture = along < to_floor
-        floor = ~furniture & np.isfinite(to_floor)
-        points = self._eye + np.where(furniture | floor, np.minimum(along, to_floor), 0)[:, None] * rays
-        on_table = furniture & (normal[:, 2] > 0.5) & (number < _TOP_FACES)
+        on_furniture = along < to_floor
+        floor = ~on_furniture & np.isfinite(to_floor)
+        points = self._eye + np.where(on_furniture | floor, np.minimum(along, to_floor), 0)[:, None] * rays
+        on_table = on_furniture & (normal[:, 2] > 0.5) & (number < TOP_FACES)
         near, far = _FADES
         share = np.clip((np.linalg.norm(points[:, :2] - self._eye[:2], axis=1) - near) / (far - near), 0, 1)[:, None]
         paint = ((1 - share) * np.array(_NEAR_FLOOR) + share * np.array(_FAR_FLOOR)).astype(np.float32)
-        paint[furniture] = self._still.paint[number[furniture]]
+        paint[on_furniture] = self._still.paint[number[on_furniture]]
         light = np.full(len(rays), KEY * LAMP[2] + SKY, dtype=np.float32)
-        own = furniture & ~on_table
+        own = on_furniture & ~on_table
         light[own] = KEY * np.maximum(normal[own] @ LAMP, 0) + SKY * (0.62 + 0.38 * normal[own, 2])
         base = np.where((on_table | floor)[:, None], 0, paint * light[:, None])
         shape = (len(pixels), len(_WITHIN), 3)
@@ -291,17 +287,3 @@ def _raster(camera: DepthCamera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     corner = forward - (camera.width / 2 * right + camera.height / 2 * down) / camera.focal
     corner, right, down = (part.astype(np.float32) for part in (corner, right / camera.focal, down / camera.focal))
     return corner, right, down
-
-
-def _furniture(ground: Table, base: Sequence[float] | None) -> list[Surface]:
-    """Return the table top, its legs, and the pedestal of an arm beside it."""
-    low, high = (ground.x_min, ground.y_min, -TABLE_THICKNESS), (ground.x_max, ground.y_max, 0.0)
-    parts = [Surface(*box(low, high), _WOOD)]
-    for x in (ground.x_min + _INSET, ground.x_max - _INSET - _LEG):
-        for y in (ground.y_min + _INSET, ground.y_max - _INSET - _LEG):
-            parts.append(Surface(*box((x, y, FLOOR), (x + _LEG, y + _LEG, -TABLE_THICKNESS)), _WOOD))
-    on_table = base is not None and ground.x_min <= base[0] <= ground.x_max and ground.y_min <= base[1] <= ground.y_max
-    if base is not None and not on_table:
-        x, y, z = base
-        parts.append(Surface(*box((x - _PEDESTAL, y - _PEDESTAL, FLOOR), (x + _PEDESTAL, y + _PEDESTAL, z)), _METAL))
-    return parts

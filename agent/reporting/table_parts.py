@@ -24,10 +24,10 @@ def part_error(part: Any) -> str:
             case {"film": film} if len(part) == 1:
                 good = _is_film(film)
             case _:
-                return "its table has no part of a legal kind: seen, candidates, chosen, step, film"
+                good = False
     except (TypeError, KeyError, ValueError, AttributeError):
         good = False
-    return "" if good else f'the part "{next(iter(part))}" of its table is not as structagent writes it'
+    return "" if good else "its table is no part that structagent writes; legal: seen, candidates, chosen, step, film"
 
 
 def _numbers(values: Any, count: int) -> bool:

@@ -57,7 +57,7 @@ def computed_once() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def short_films(monkeypatch):
-    """Take a picture of the arm every 20 s and not every 1.25: drawing them takes a quarter of a build's time."""
+    """Take a picture of the arm every 20 s and not every 1.25: drawing them is a third of a build's time."""
     monkeypatch.setattr("agent.pipeline.film.INTERVAL", 4.0)
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from agent.rendering.ray_tracing import FLOOR, Stage
+from agent.rendering.furniture import FLOOR
+from agent.rendering.ray_tracing import Stage
 from agent.rendering.surfaces import Surface, box, cylinder
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.observation import Table
