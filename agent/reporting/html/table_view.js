@@ -88,21 +88,23 @@ const turned = (m, v, moved) => [0, 4, 8].map((row) =>
 // The solids of a link of the arm as one body in its frame.
 const linkBody = (shapes) => {
   const all = { position: [], normal: [], paint: [] };
-  for (const { sides, round, position: place, quaternion, color } of shapes) {
-    const [x, y, z] = sides.map((side) => side / 2), pose = fromPose([...place, ...quaternion]);
-    const solid = round ? cylinder(x, sides[2]) : box(-x, x, -y, y, -z, z);
+  shapes.forEach(({ sides, round, position: place, quaternion, color }, number) => {
+    const size = 1 + 0.004 * (number % 3); // surfaces in one place would flicker
+    const [x, y, z] = sides.map((side) => size * side / 2), pose = fromPose([...place, ...quaternion]);
+    const solid = round ? cylinder(x, 2 * z) : box(-x, x, -y, y, -z, z);
     for (let at = 0; at < solid.position.length; at += 3) {
       all.position.push(...turned(pose, solid.position.slice(at, at + 3), true));
       all.normal.push(...turned(pose, solid.normal.slice(at, at + 3), false));
       all.paint.push(...color.map((part) => 0.1 + 0.85 * part / 255));
     }
-  }
+  });
   return all;
 };
 
 class TableView {
   constructor(figure, gl, data) {
     Object.assign(this, { figure, gl, data, canvas: gl.canvas, azimuth: 0, elevation: 0.75, zoom: 1 });
+    if (data.film) Object.assign(this, { azimuth: 0.95, elevation: 0.6, zoom: 1.3 }); // beside the arm, which is tall
     const program = gl.createProgram();
     for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
       const shader = gl.createShader(kind);
@@ -118,7 +120,7 @@ class TableView {
     }
     this.attribute = ["position", "normal", "paint"].map((name) => gl.getAttribLocation(program, name));
     const [x0, x1, y0, y1] = data.table;
-    this.middle = [(x0 + x1) / 2, (y0 + y1) / 2, 0.04];
+    this.middle = [(x0 + x1) / 2, (y0 + y1) / 2, data.film ? 0.14 : 0.04];
     this.reach = Math.hypot(x1 - x0, y1 - y0) / 2;
     this.ground = this.upload(box(x0, x1, y0, y1, -0.02, 0));
     this.legs = [x0 + 0.01, x1 - 0.055].flatMap((x) => [y0 + 0.01, y1 - 0.055].map((y) =>
