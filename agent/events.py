@@ -7,7 +7,7 @@ The arm's own events are in `agent.arm.events`. Lengths in metres, angles in rad
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -263,10 +263,22 @@ class Tried(EventBase):
 
 @dataclass(frozen=True)
 class Filmed(EventBase):
-    """The build as a film: pictures (T, H, W, 3) uint8, `interval` seconds of the arm's time apart."""
+    """The build as a film: pictures (T, H, W, 3) uint8, `interval` seconds of the arm's time apart.
+
+    Attributes:
+        every: seconds between the moments of `motions` and `links`.
+        motions: name -> (M, 4, 4) the motion of an object, world frame, from where it was seen to where it is at each
+            moment.
+        links: link -> world_from_link (M, 4, 4) of the arm.
+        shapes: the solids of the arm, as `agent.arm.visual_shapes.LinkShape` describes them.
+    """
 
     interval: float
     frames: np.ndarray = live_only()
+    every: float = live_only(default=1.0)
+    motions: Mapping[str, np.ndarray] = live_only(default_factory=dict)
+    links: Mapping[int, np.ndarray] = live_only(default_factory=dict)
+    shapes: Sequence[Any] = live_only(default=())
 
 
 @dataclass(frozen=True)

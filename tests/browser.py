@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import shutil
 import subprocess
 import time
 import urllib.request
@@ -17,8 +18,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.dumped_page import installed_browser
-
+_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 # Software rendering gives WebGL on machines without a graphics card.
 _OPTIONS = (
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run", "--disable-extensions",
@@ -37,7 +37,7 @@ class Page:
     """
 
     def __init__(self, address: str) -> None:
-        from websockets.sync.client import connect
+        connect = pytest.importorskip("websockets.sync.client", reason="needs the extra `view`").connect
 
         self._open = ExitStack()
         self._socket = self._open.enter_context(connect(address, max_size=None, compression=None))
@@ -72,6 +72,15 @@ class Page:
             width=width, height=height, deviceScaleFactor=2 if phone else 1, mobile=phone,
         )  # fmt: skip
 
+    def without_webgl(self) -> None:
+        """Give the pages that are opened from now on no WebGL."""
+        source = (
+            "const context = HTMLCanvasElement.prototype.getContext;"
+            "HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {"
+            " return kind === '2d' ? context.call(this, kind, ...rest) : null; };"
+        )
+        self.call("Page.addScriptToEvaluateOnNewDocument", source=source)
+
     def open(self, address: str) -> None:
         """Open an address in front of other pages, and wait until it is loaded."""
         self.call("Page.bringToFront")
@@ -96,6 +105,7 @@ class Page:
         """Press the mouse on the middle of an element, as a user does: what lies over it gets the press instead."""
         found = f"document.querySelector({json.dumps(selector)})"
         self.wait(f"{found} && !{found}.disabled && {found}.getClientRects().length > 0")
+        self.value(f"{found}.scrollIntoView({{block: 'nearest'}})")
         place = self.value(f"(b => [b.x + b.width / 2, b.y + b.height / 2])({found}.getBoundingClientRect())")
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], button="left", clickCount=1)
@@ -132,6 +142,14 @@ class Browser:
         request = urllib.request.Request(f"http://127.0.0.1:{self._port}/json/new?about:blank", method="PUT")
         with urllib.request.urlopen(request, timeout=_START) as answer:
             return Page(json.load(answer)["webSocketDebuggerUrl"])
+
+
+def installed_browser() -> str:
+    """Return the path of a browser; skip the test where there is none."""
+    program = next(filter(None, map(shutil.which, _NAMES)), None)
+    if program is None:
+        pytest.skip(f"no browser is installed; one of {', '.join(_NAMES)} is needed")
+    return program
 
 
 @contextmanager

@@ -54,6 +54,7 @@ def build_structure(
     planning_checks: int = PLANNING_CHECKS,
     hold: str = "weld",
     on_step: Callable[[], None] | None = None,
+    on_check: Callable[[], None] | None = None,
     log: MotionListener | None = None,
     rules: PlacementRules = PlacementRules(),
 ) -> Generator[ArmEvent, None, None]:
@@ -67,6 +68,7 @@ def build_structure(
         planning_checks: the most configurations that the search over all arrangements may check.
         hold: "weld" (see the module's text) or "friction".
         on_step: called after every physics step.
+        on_check: called for every configuration that planning checks.
         log: receives every motion of the arm.
         rules: what else is known of the placements.
 
@@ -81,7 +83,7 @@ def build_structure(
     """
     if hold not in HOLDS:
         raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
-    with PlanningScene(rng.spawn(1)[0], arm.kinematics) as planning:
+    with PlanningScene(rng.spawn(1)[0], arm.kinematics, on_check) as planning:
         search = Search(planning, rng, scene.table, rules)
         plans = yield from find_plan(search, scene, arrangements, planning_checks)
         if plans is None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pybullet
@@ -68,14 +68,20 @@ class PlanningScene:
     Args:
         rng: the random numbers of the searches.
         kinematics: the kinematics of the arm at its mounting place.
+        on_check: called for every configuration that is checked; what it raises ends the planning.
 
     Attributes:
         kinematics: as given.
         checks: the number of configurations checked so far: the cost of planning, independent of the machine.
     """
 
-    def __init__(self, rng: np.random.Generator, kinematics: Kinematics = Kinematics()) -> None:
-        self._rng = rng
+    def __init__(
+        self,
+        rng: np.random.Generator,
+        kinematics: Kinematics = Kinematics(),
+        on_check: Callable[[], None] | None = None,
+    ) -> None:
+        self._rng, self._on_check = rng, on_check or (lambda: None)
         self.kinematics = kinematics
         self.checks = 0
         self.client = pybullet.connect(pybullet.DIRECT)
@@ -152,6 +158,7 @@ class PlanningScene:
             floor: the clearance to the floor, if different; fingers nearly touch it in a grasp.
             only_floor: ignore obstacles.
         """
+        self._on_check()
         self.checks += 1
         floor = clearance if floor is None else floor
         arm = self.arm

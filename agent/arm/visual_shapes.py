@@ -10,6 +10,8 @@ import pybullet
 from agent.arm.kinematics import JacoArm
 from structdiffusion.geometry import pose_from_position_quaternion
 
+_IN_A_JOINT = 0.96  # share of a link's diameter that its joint has: it stays within the links
+_JOINT_LENGTH = 1.02  # of its diameter, as much as the links across it hide
 BASE = -1  # stands for the base wherever links are counted, as in PyBullet
 
 
@@ -45,6 +47,18 @@ def link_shapes(arm: JacoArm) -> list[LinkShape]:
         sides = (2 * radius, 2 * radius, length) if is_round else tuple(size)
         shapes.append(LinkShape(link, sides, is_round, position, quaternion, tuple(round(255 * c) for c in color[:3])))
     return shapes
+
+
+def joint_shapes(arm: JacoArm) -> list[LinkShape]:
+    """Return a cylinder for each joint between two links, which fills the gap where their solids do not meet."""
+    found = []
+    for link in range(1, len(arm.kinematics.model.joints)):
+        round_ones = [shape for shape in link_shapes(arm) if shape.link == link and shape.round]
+        thinnest = min(round_ones, key=lambda shape: shape.sides[0])
+        diameter = _IN_A_JOINT * thinnest.sides[0]
+        sides = (diameter, diameter, _JOINT_LENGTH * diameter)
+        found.append(LinkShape(link, sides, True, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), thinnest.color))
+    return found
 
 
 def link_poses(arm: JacoArm) -> dict[int, np.ndarray]:

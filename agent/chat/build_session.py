@@ -159,18 +159,21 @@ class BuildSession(TableSession):
         for event in plan_structure(proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
-    def go(self, on_step: Callable[[TableScene], None] | None = None) -> bool:
+    def go(
+        self, on_step: Callable[[TableScene], None] | None = None, on_check: Callable[[], None] | None = None
+    ) -> bool:
         """Build the chosen arrangement and check it. Return whether it stands as asked.
 
         Args:
             on_step: called after every physics step while the arm is at work; a `KeyboardInterrupt` that it raises
                 stops the arm.
+            on_check: called often while motions are planned; a `KeyboardInterrupt` that it raises ends the search.
         """
         from agent.scenes.table_scene import MOVED
 
         proposal, options = self._proposed(), self.options
         built, before = False, self.table.poses()
-        self._future.clear()
+        self._history.forget_undone()
         try:
             with self._turn.part("build"):
                 arrangements = proposal.arrangements_to_try
@@ -183,6 +186,7 @@ class BuildSession(TableSession):
                         options.seed,
                         ranks=proposal.ranks_to_try,
                         on_step=on_step,
+                        on_check=on_check,
                     )
                 else:
                     building = release_in_physics(self.table, proposal.scene, proposal.wanted, arrangements[0])

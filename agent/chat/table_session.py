@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 from agent import events
 from agent.chat.greeting import Suggestion, suggestion
+from agent.chat.history import History
 from agent.chat.state import Situation
 from agent.errors import UsageError
 from agent.event_base import Event, Listener, send
@@ -44,8 +45,7 @@ class TableSession:
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
         self.options, self._cache, self.listeners = options, cache, listeners
         self.question: Question | None = None
-        self._past: list[Situation] = []
-        self._future: list[Situation] = []
+        self._history = History()
         self.source, self.table = self._set_out(options)
         self._start = self.situation = self._fresh()
 
@@ -74,8 +74,7 @@ class TableSession:
     # --- history ------------------------------------------------------------------------
 
     def _remember(self, situation: Situation) -> None:
-        self._past.append(self.situation)
-        self._future.clear()
+        self._history.remember(self.situation)
         self.situation = situation
 
     def undo(self) -> None:
@@ -84,7 +83,7 @@ class TableSession:
         Raises:
             UsageError: if there is no earlier turn.
         """
-        self._go_to("undo", self._past, self._future)
+        self._go_to("undo", self._history.undo(self.situation))
 
     def moved_by_undo(self) -> tuple[str, ...]:
         """Return the names of the objects that `undo` would put back.
@@ -92,9 +91,10 @@ class TableSession:
         Raises:
             UsageError: if there is no earlier turn.
         """
-        if not self._past:
+        poses = self._history.last_poses
+        if poses is None:
             raise UsageError("there is nothing to undo")
-        return self.table.moved_since(self._past[-1].poses)
+        return self.table.moved_since(poses)
 
     def redo(self) -> None:
         """Revert an undo.
@@ -102,7 +102,7 @@ class TableSession:
         Raises:
             UsageError: if nothing was undone.
         """
-        self._go_to("redo", self._future, self._past)
+        self._go_to("redo", self._history.redo(self.situation))
 
     def put_back(self) -> None:
         """Put every object back where it stood before the last build, and keep the goal. Can be undone.
@@ -159,11 +159,10 @@ class TableSession:
         self.drop()
         self.send(events.Noted(said))
 
-    def _go_to(self, how: str, source: list[Situation], other: list[Situation]) -> None:
-        if not source:
+    def _go_to(self, how: str, situation: Situation | None) -> None:
+        if situation is None:
             raise UsageError(f"there is nothing to {how}")
-        other.append(self.situation)
-        self.situation = source.pop().seen_from(self.options.reading.viewpoint)
+        self.situation = situation.seen_from(self.options.reading.viewpoint)
         self.question = None
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
@@ -196,7 +195,7 @@ class TableSession:
         source, table = self._set_out(options)
         self.table.world.close()
         self.options, self.source, self.table = options, source, table
-        self._past, self._future, self.question = [], [], None
+        self._history, self.question = History(), None
         self._start = self.situation = self._fresh()
 
     def save(self, path: Path) -> None:

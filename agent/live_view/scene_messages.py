@@ -59,9 +59,9 @@ def _cloud(index: int, cloud: ObjectCloud, takes_part: bool) -> dict[str, Any]:
 
 def arm_message(table: TableScene) -> dict[str, Any]:
     """Describe the solids of the arm."""
-    from agent.arm.visual_shapes import link_shapes
+    from agent.arm.visual_shapes import joint_shapes, link_shapes
 
-    return {"shapes": [json_value(shape) for shape in link_shapes(table.arm)]}
+    return {"shapes": [json_value(shape) for shape in (*link_shapes(table.arm), *joint_shapes(table.arm))]}
 
 
 def poses_message(number: int, table: TableScene, seen: Mapping[str, np.ndarray]) -> dict[str, Any]:

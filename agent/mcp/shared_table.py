@@ -298,7 +298,7 @@ class SharedTable:
         plan = self.plans.take(plan_id)
         self.plans.drop_all(f"the table has changed: {plan_id} was built since")
         self.version += 1
-        built = talk.go(on_step=job.check_stop)
+        built = talk.go(on_step=job.check_stop, on_check=job.check_stop)
         failed, checked, finished = self._last(events.Failed), self._last(events.Checked), self._last(events.Finished)
         shown = talk.situation.shown
         return BuildResult(

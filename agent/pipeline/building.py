@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,7 @@ def build_with_arm(
     ranks: Sequence[int] | None = None,
     film: bool = True,
     on_step: Callable[[TableScene], None] | None = None,
+    on_check: Callable[[], None] | None = None,
     log: TrajectoryLog | None = None,
 ) -> Generator[Event, None, None]:
     """Build with the arm, take a picture after every placement, and check the result.
@@ -48,8 +50,9 @@ def build_with_arm(
         arrangements: proposed goals, best first.
         seed: the random seed of the arm's planning.
         ranks: of the arrangements, from 1; by default they are numbered in order.
-        film: whether to film the arm at work too, however the build ends.
+        film: whether to take pictures of the arm at work too, and a film, however the build ends.
         on_step: called after every physics step while the arm is at work.
+        on_check: called for every configuration that the planning of motions checks.
         log: gets every motion of the arm.
 
     Raises:
@@ -58,31 +61,33 @@ def build_with_arm(
     """
     from agent.arm.executor import build_structure
     from agent.pipeline.film import Film
-    from agent.scenes.table_scene import SHOULDER
 
     seen_at = table.poses()
     initial = np.array(list(seen_at.values())[: table.count])
     rng = np.random.default_rng(seed)
     several = wanted if isinstance(wanted, TableGoal) else None
     rules = PlacementRules() if several is None else several.placement_rules(scene)
-    progress = _BuildProgress(table, seen_at, scene, arrangements, ranks or range(1, len(arrangements) + 1), several)
-    reel = Film(lambda: table.picture(SHOULDER))
+    reel = Film(table.film_camera) if film else None
+    ranks = ranks or range(1, len(arrangements) + 1)
+    progress = _BuildProgress(table, seen_at, scene, arrangements, ranks, several, reel)
 
     def after_step() -> None:
-        if film:
+        if reel is not None:
             reel.step()
         if on_step is not None:
             on_step(table)
 
-    try:
-        work = build_structure(
-            table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, log=log, rules=rules
-        )
-        yield from forward_events(work, progress.with_context)
-    except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
-        yield from _finished_film(reel)
-        raise
-    yield from _finished_film(reel)
+    with nullcontext() if reel is None else reel:
+        try:
+            work = build_structure(
+                table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, on_check=on_check, log=log,
+                rules=rules,
+            )  # fmt: skip
+            yield from forward_events(work, progress.with_context)
+        except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
+            yield from progress.film()
+            raise
+        yield from progress.film()
     motions = arrangements[progress.index].goal_from_initial
     yield from _judge(table, wanted, moving(motions), motions @ initial, progress)
 
@@ -104,7 +109,9 @@ class _BuildProgress:
         arrangements: Sequence[Arrangement],
         ranks: Sequence[int],
         wanted: TableGoal | None,
+        reel: Film | None,
     ) -> None:
+        self._reel = reel
         self._table, self._scene, self._arrangements, self._ranks = table, scene, arrangements, ranks
         self._wanted = wanted
         self._from_seen = {name: np.linalg.inv(pose) for name, pose in seen_at.items()}
@@ -113,8 +120,6 @@ class _BuildProgress:
 
     def with_context(self, event: Event) -> Iterator[Event]:
         """Yield an event of the arm, with the choice before it and the picture after it."""
-        from agent.scenes.table_scene import SHOULDER
-
         if isinstance(event, Planned) and event.arrangement != self.index:
             self.index = event.arrangement
             chosen = chosen_event(self._ranks[self.index], self._arrangements[self.index], self._scene, self._wanted)
@@ -126,14 +131,22 @@ class _BuildProgress:
         yield event
         if isinstance(event, PlaceFailed):
             self.trouble = f"{event.name} could not be placed: {event.reason}"
-        if isinstance(event, Picked):
-            picture = self._table.picture(SHOULDER)
+        if isinstance(event, Picked) and self._reel is not None and (picture := self._reel.draw()) is not None:
             yield events.Pictured(f"placement-{len(self.placed) + 1}-picked", f"{event.name} in the hand", picture)
         if isinstance(event, Placed) and not event.aside:
             self.placed.append(event.object)
             number = len(self.placed)
             caption = f"after placement {number}: {event.name}"
             yield self.pictured(f"placement-{number}-after", caption)
+
+    def film(self) -> Iterator[Event]:
+        """Yield the film of the build so far, if the arm has moved."""
+        filmed = None if self._reel is None else self._reel.finish()
+        if filmed is not None:
+            motions = {name: poses @ self._from_seen[name] for name, poses in filmed.motions.items()}
+            yield replace(filmed, motions=motions, shapes=self._table.film_camera.shapes)
+            if self._reel.trouble:
+                yield events.Noted(f"there are no pictures of the arm at work: {self._reel.trouble}")
 
     def pictured(self, name: str, caption: str) -> events.Pictured:
         """Take a picture of the table as it is now, and measure how far everything has moved."""
@@ -157,12 +170,6 @@ def forward_events(
             event = work.throw(interruption)
         else:
             event = next(work, None)
-
-
-def _finished_film(reel: Film) -> Iterator[events.Filmed]:
-    filmed = reel.finish()
-    if filmed is not None:
-        yield filmed
 
 
 def _judge(

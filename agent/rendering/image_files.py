@@ -16,8 +16,8 @@ from agent.rendering.scene_images import from_above, goal_from_above, goal_overl
 
 FORMAT = "webp"
 FILM = "film"  # the name of the film among the pictures
-_QUALITY, _FILM_QUALITY = 88, 65
-FILM_SPEED = 6.0  # pictures a second
+_QUALITY, _FILM_QUALITY = 88, 75
+FILM_SPEED = 8.0  # pictures a second
 _LAST_PICTURE = 1500  # ms
 
 
@@ -55,7 +55,7 @@ def pictures_of(event: Event) -> Iterator[Picture]:
             yield Picture(event.name, event.caption, webp_of(event.image))
         case events.Filmed() if len(event.frames):
             faster = event.interval * FILM_SPEED
-            caption = f"the arm at work, seen over its shoulder, {faster:.0f} times as fast"
+            caption = f"the arm at work, seen from the robot's right, {faster:.0f} times as fast"
             yield Picture(FILM, caption, film_of(event.frames))
 
 

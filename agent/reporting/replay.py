@@ -24,6 +24,8 @@ def records_of(session: Session) -> list[RunRecord]:
     for line in session.lines:
         if line.picture is not None:
             records[-1].on_picture(line.picture)
+        if line.table is not None:
+            records[-1].on_table(line.table)
         if line.event is None:
             continue
         if line.event["kind"] == "started":

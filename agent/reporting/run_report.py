@@ -94,9 +94,11 @@ class RunRecord:
     def on_event(self, event: Event) -> None:
         """Record one event; for a live event, draw its pictures and keep the bodies on the table for the view in 3D."""
         self._add(event.to_dict())
-        self._model.on_event(event)
+        part = self._model.on_event(event)
         if self._session is not None:
             self._session.on_event(event)
+            if part is not None:
+                self._session.on_table(part)
         for picture in pictures_of(event):
             self.on_picture(picture)
             if self._session is not None:
@@ -138,6 +140,10 @@ class RunRecord:
                     report["seconds"]["plan"] = round(payload["seconds"], 3)
                 elif kind == "placed":
                     report["seconds"]["build"] = round(report["seconds"].get("build", 0.0) + payload["seconds"], 3)
+
+    def on_table(self, part: Mapping[str, Any]) -> None:
+        """Record a part of the table in 3D from a session file."""
+        self._model.take(part)
 
     def on_picture(self, picture: Picture) -> None:
         """Record one picture; it replaces an earlier one with the same name."""

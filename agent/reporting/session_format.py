@@ -2,17 +2,19 @@
 
 The first line describes the session; it is repeated where a later process continues the file:
 
-    {"schema_version": 4, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
+    {"schema_version": 5, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
 
-Every other line is an event (its payload, see `agent.event_base`) or a picture; `seconds` count from the latest start:
+Every other line is an event (its payload, see `agent.event_base`), a picture, or a part of the table in 3D (see
+`agent.reporting.table_model`); `seconds` count from the latest start:
 
     {"seconds": 1.25, "event": {"kind": "started", "instruction": "stack the cans", "options": {...}}}
     {"seconds": 2.5, "picture": {"name": "scene-before", "caption": "...", "format": "webp", "data": "<base64>"}}
+    {"seconds": 2.5, "table": {"candidates": [...]}}
 
 An event `started` begins a turn. In version 1 the `display_name` of an object was called `called`. Up to version 2
 every goal was one structure: the event `parsed` had no `goal`, `parts` and `objects`, and `restored` no `parts`. Up to
 version 3 the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score
-`rollout` was called `imagined`; `checked` had no `count` and no `left_out`.
+`rollout` was called `imagined`; `checked` had no `count` and no `left_out`. Up to version 4 there was no table in 3D.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ from typing import Any
 from grounding.goals.goal import Goal
 from grounding.spec import SLOTS, SpecError
 
-SCHEMA_VERSION = 4
-READABLE_VERSIONS = (1, 2, 3, 4)
+SCHEMA_VERSION = 5
+READABLE_VERSIONS = (1, 2, 3, 4, 5)
 
 
 def encode_line(entry: Mapping[str, Any]) -> bytes:

@@ -103,6 +103,10 @@ class SessionWriter:
             {"picture": {"name": picture.name, "caption": picture.caption, "format": FORMAT, "data": data}}
         )
 
+    def on_table(self, part: Mapping[str, Any]) -> None:
+        """Write a part of the table in 3D (see `agent.reporting.table_model`)."""
+        self._write({"table": part})
+
     def _write(self, entry: Mapping[str, Any]) -> None:
         line = encode_line({"seconds": round(time.perf_counter() - self._began, 3), **entry})
         if self._file is None:

@@ -20,22 +20,25 @@ from agent.reporting.session_format import (
     upgrade_payload,
     upgrade_picture_name,
 )
+from agent.reporting.table_parts import part_error
 from structdiffusion.limits import SESSION_BYTES, SESSION_START_BYTES
 
 
 @dataclass(frozen=True)
 class SessionLine:
-    """One line of a session: an event or a picture.
+    """One line of a session: an event, a picture, or a part of the table in 3D.
 
     Attributes:
         seconds: working time since the session began; the parts of a continued session are added up.
         event: the event's JSON form, or `None`.
         picture: the picture, or `None`.
+        table: the part of the table, or `None`.
     """
 
     seconds: float
     event: Mapping[str, Any] | None = None
     picture: Picture | None = None
+    table: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -109,7 +112,7 @@ def _lines(path: Path, entries: list[tuple[int, Any]]) -> Iterator[SessionLine]:
                     raise BadInput(f"{where}: {problem}")
                 if line.event["kind"] == "perceived":
                     part = sum(seen["takes_part"] for seen in line.event["objects"])
-            yield SessionLine(latest, line.event, line.picture)
+            yield SessionLine(latest, line.event, line.picture, line.table)
 
 
 def _session_line(entry: Any, where: str, version: int) -> SessionLine:
@@ -122,10 +125,14 @@ def _session_line(entry: Any, where: str, version: int) -> SessionLine:
         if problem:
             raise BadInput(f"{where}: {problem}")
         return SessionLine(seconds, event=payload)
+    if "table" in entry:
+        if problem := part_error(entry["table"]):
+            raise BadInput(f"{where}: {problem}")
+        return SessionLine(seconds, table=entry["table"])
     picture = entry.get("picture")
     keys = ("name", "caption", "format", "data")
     if not isinstance(picture, dict) or not all(isinstance(picture.get(key), str) for key in keys):
-        raise BadInput(f'{where} must have an "event", or a "picture" with the strings {", ".join(keys)}')
+        raise BadInput(f'{where} must have an "event", a "table", or a "picture" with the strings {", ".join(keys)}')
     if picture["format"] != FORMAT:
         raise BadInput(f"{where}: the format of a picture cannot be {picture['format']!r}; legal: {FORMAT}")
     try:

@@ -7,6 +7,7 @@
 | `objects` | for each: `name`, `color` (RGB, 0 to 255), and `vertices` and `faces`, or `points` and `colors` |
 | `views` | scene, goal, and build or (without the arm) released: `name`, `start` (the frame shown first), `frames` |
 | `frames` | for each: `caption`, `motions`: for each object `null` or the upper three rows of a matrix, row by row |
+| `film` | the build over time, as in `agent.reporting.build_film`, or `null` |
 
 Lengths in metres, world frame; objects are where they were seen, and motions begin there. Vertices and points are
 base64 of int16, tenths of a millimetre; faces of uint16; colours of uint8, RGB.
@@ -16,7 +17,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -26,12 +26,12 @@ from agent.event_base import Event
 from agent.rendering.coarse_mesh import coarse_mesh
 from agent.rendering.palette import FAINT, RGB, color_of, mean_color
 from agent.rendering.text import number
+from agent.reporting.build_film import UNITS, describe_film
 from structdiffusion.observation import ObjectCloud
 
 CANDIDATES = 20  # frames of the goal
 _FACES = 600  # of a body
 _POINTS = 500  # of a cloud
-_UNITS = 10_000  # of the numbers in a metre
 _DIGITS = 4  # of a motion
 _PICTURED = ", through the camera"  # of the caption of a picture, and no part of what is seen in 3D
 _STILL = 5e-5  # entries of a motion that differ by less are those of no motion
@@ -39,57 +39,86 @@ _STILL = 5e-5  # entries of a motion that differ by less are those of no motion
 _Frame = dict[str, Any]
 
 
-@dataclass
 class TableModel:
-    """The table of one run; it listens to live events, because recorded ones have neither bodies nor clouds."""
+    """The table of one run.
 
-    _table: Sequence[float] = ()
-    _robot: list[float] | None = None
-    _objects: list[dict[str, Any]] = field(default_factory=list)
-    _candidates: list[_Frame] = field(default_factory=list)
-    _chosen: int = 0
-    _build: list[_Frame] = field(default_factory=list)
-    _released: bool = False
+    It is made of parts, JSON values that come from live events: recorded events have neither bodies nor clouds, so
+    session files hold the parts as well.
+    """
 
-    def on_event(self, event: Event) -> None:
-        """Take what an event says of the table."""
+    def __init__(self) -> None:
+        self._seen: dict[str, Any] = {"table": [], "robot": None, "objects": []}
+        self._candidates: list[_Frame] = []
+        self._chosen = 0
+        self._steps: list[tuple[str, Mapping[str, np.ndarray]]] = []  # captions, and motions (4, 4) of live events
+        self._build: list[_Frame] = []
+        self._released = False
+        self._film: dict[str, Any] | None = None
+
+    def on_event(self, event: Event) -> dict[str, Any] | None:
+        """Take what an event says of the table; return it as a part for `take`, `None` if it says nothing."""
+        part = self._part(event)
+        if part is not None:
+            self.take(part)
+        return part
+
+    def take(self, part: Mapping[str, Any]) -> None:
+        """Take a part, as `on_event` returned it in this process or an earlier one; `part_error` finds none in it."""
+        match part:
+            case {"seen": seen}:
+                self._seen = seen
+            case {"candidates": candidates}:
+                self._candidates = list(candidates)
+            case {"chosen": rank, "frame": frame}:
+                if rank > len(self._candidates):
+                    self._candidates.append(frame)
+                    rank = len(self._candidates)
+                self._chosen = rank - 1
+            case {"step": frame, "released": released}:
+                self._build.append(frame)
+                self._released = released
+            case {"film": film}:
+                self._film = film
+
+    def _part(self, event: Event) -> dict[str, Any] | None:
         match event:
             case events.Perceived():
-                self._table = event.table
-                self._robot = None if event.base is None else np.round(event.base, _DIGITS).tolist()
-                self._objects = _objects(event)
+                base = None if event.base is None else np.round(event.base, _DIGITS).tolist()
+                return {"seen": {"table": list(event.table), "robot": base, "objects": _objects(event)}}
             case events.Proposed():
-                self._candidates = [
-                    self._candidate(one.rank, one.scores, arrangement.goal_from_initial, event.scene.objects)
-                    for one, arrangement in zip(event.candidates[:CANDIDATES], event.arrangements, strict=False)
-                ]
+                several = zip(event.candidates[:CANDIDATES], event.arrangements, strict=False)
+                return {
+                    "candidates": [
+                        self._candidate(one.rank, one.scores, arrangement.goal_from_initial, event.scene.objects)
+                        for one, arrangement in several
+                    ]
+                }
             case events.Chosen():
-                self._choose(event)
+                goals, clouds = event.arrangement.goal_from_initial, event.scene.objects
+                return {"chosen": event.rank, "frame": self._candidate(event.rank, event.scores, goals, clouds)}
             case events.Tried():
                 self._released = True
-            case events.Pictured() if event.motions and self._objects:
-                self._build.append(self._frame(event.caption.removesuffix(_PICTURED), event.motions))
+            case events.Pictured() if event.motions and self._seen["objects"]:
+                caption = event.caption.removesuffix(_PICTURED)
+                self._steps.append((caption, event.motions))
+                return {"step": self._frame(caption, event.motions), "released": self._released}
+            case events.Filmed() if self._seen["objects"]:
+                film = describe_film(event, [each["name"] for each in self._seen["objects"]], self._steps)
+                return None if film is None else {"film": film}
+        return None
 
     def to_dict(self) -> dict[str, Any] | None:
         """Return the model as JSON values; `None` if nothing was seen."""
-        if not self._objects:
+        if not self._seen["objects"]:
             return None
         scene = self._frame("the table as it was seen", {})
+        steps = self._build or ([scene] if self._film else [])
         views = [
             {"name": "scene", "start": 0, "frames": [scene]},
             {"name": "goal", "start": self._chosen, "frames": self._candidates},
-            {"name": "released" if self._released else "build", "start": len(self._build) - 1, "frames": self._build},
+            {"name": "released" if self._released else "build", "start": len(steps) - 1, "frames": steps},
         ]
-        views = [view for view in views if view["frames"]]
-        return {"table": list(self._table), "robot": self._robot, "objects": self._objects, "views": views}
-
-    def _choose(self, event: events.Chosen) -> None:
-        if event.rank > len(self._candidates):
-            goals, clouds = event.arrangement.goal_from_initial, event.scene.objects
-            self._candidates.append(self._candidate(event.rank, event.scores, goals, clouds))
-            self._chosen = len(self._candidates) - 1
-        else:
-            self._chosen = event.rank - 1
+        return {**self._seen, "views": [view for view in views if view["frames"]], "film": self._film}
 
     def _candidate(
         self, rank: int, scores: Mapping[str, float], motions: np.ndarray, clouds: Sequence[ObjectCloud]
@@ -99,7 +128,8 @@ class TableModel:
         return self._frame(caption, {cloud.name: motion for cloud, motion in zip(clouds, motions, strict=True)})
 
     def _frame(self, caption: str, motions: Mapping[str, np.ndarray]) -> _Frame:
-        return {"caption": caption, "motions": [_motion(motions.get(each["name"])) for each in self._objects]}
+        motions = [_motion(motions.get(each["name"])) for each in self._seen["objects"]]
+        return {"caption": caption, "motions": motions}
 
 
 def _objects(event: events.Perceived) -> list[dict[str, Any]]:
@@ -130,7 +160,7 @@ def _motion(motion: np.ndarray | None) -> list[float] | None:
 
 def _lengths(points: np.ndarray) -> str:
     limits = np.iinfo(np.int16)
-    return _base64(np.clip(np.round(np.asarray(points) * _UNITS), limits.min, limits.max), "<i2")
+    return _base64(np.clip(np.round(np.asarray(points) * UNITS), limits.min, limits.max), "<i2")
 
 
 def _base64(values: np.ndarray, dtype: str) -> str:

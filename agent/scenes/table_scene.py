@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType, TracebackType
 from typing import Self
 
@@ -15,17 +16,16 @@ from agent.arm.kinematics import JacoArm, Kinematics
 from agent.arm.recorded_state import stand
 from agent.arm.recovery import AT_HOME, is_folded, tidy_up
 from agent.arm.state import ArmState
+from agent.scenes.film_camera import FilmCamera
 from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import lowest_point
 from grounding.references.attributes import ObjectAttributes, SceneObject
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import ObjectCloud, Scene, Table
-from structdiffusion.simulation.depth_camera import VIEWS, DepthCamera
-from structdiffusion.simulation.scenery import Backdrop, backdrop
+from structdiffusion.simulation.depth_camera import DepthCamera
 from structdiffusion.simulation.world import FALLEN, TabletopWorld
 
-SHOULDER = "shoulder"  # the view in which the arm is seen at work
 MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
 _LEAST_STEP = 0.003  # m: what was lifted by less still stands on the table
 _STILL_STANDS = math.radians(10.0)  # what was tilted by more is looked at again: another side of it is up
@@ -101,7 +101,6 @@ class TableScene:
         self._place = {name: place for place, name in enumerate(self.names)}
         self._noise = noise
         self._seen: dict[str, _Seen] = {}
-        self._backdrop: Backdrop | None = None
         self.world = TabletopWorld(self.models, self.world_from_initial, table, camera, ground)
         model = arm_model(DEFAULT_MODEL if arm is None else arm.model)
         self.arm = JacoArm(self.world.client, Kinematics(model, world_from_base))
@@ -262,24 +261,13 @@ class TableScene:
         return moved
 
     def picture(self, view: str = "robot") -> np.ndarray:
-        """Return a picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view.
+        """Return a picture (H, W, 3) uint8 of the table as it is now, as the camera sees it, or from another view."""
+        return self.world.picture(view)
 
-        In the view over the arm's "shoulder", the floor and the arm's stand are visible too.
-        """
-        if view != SHOULDER:
-            return self.world.picture(view)
-        if self._backdrop is None:
-            base = self.arm.kinematics.world_from_base[:3, 3]
-            self._backdrop = backdrop(self._shoulder, self.world.ground, tuple(base.tolist()))
-        return self.world.picture(camera=self._shoulder, backdrop=self._backdrop)
-
-    @property
-    def _shoulder(self) -> DepthCamera:
-        """Return the view over the arm's shoulder, wherever the arm stands."""
-        motion = self.arm.kinematics.world_from_base @ np.linalg.inv(WORLD_FROM_BASE)
-        usual = VIEWS[SHOULDER]
-        eye, target = transform_points(motion, np.array((usual.eye, usual.target))).tolist()
-        return replace(usual, eye=tuple(eye), target=tuple(target))
+    @cached_property
+    def film_camera(self) -> FilmCamera:
+        """Return the camera that sees the arm at work."""
+        return FilmCamera(self.world, self.arm, dict(zip(self.names, self.models, strict=True)), self.poses)
 
 
 def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:

@@ -128,11 +128,12 @@ def camera_at(
     )  # fmt: skip
 
 
-# Viewpoints of pictures for reports: the depth camera's own; over the arm's shoulder, so that the arm is visible and
-# left remains left; above the table; and across the table.
+BESIDE = "beside"  # the view in which the arm is seen at work
+# Viewpoints of pictures for reports: the depth camera's own; from the robot's side, at its right, so that the hand is
+# visible; above the table; and across the table.
 VIEWS = {
     "robot": DepthCamera(),
-    "shoulder": DepthCamera(eye=(-0.42, -0.10, 1.56), target=(0.26, 0.0, 0.09), vertical_field=math.radians(42.0)),
+    BESIDE: DepthCamera(eye=(-0.40, -1.12, 1.08), target=(0.25, 0.0, 0.14), vertical_field=math.radians(42.0)),
     "top": DepthCamera(eye=(0.45, 0.0, 1.35), target=(0.45, 0.0, 0.0), up=(1.0, 0.0, 0.0)),
     "opposite": DepthCamera(eye=(1.55, 0.0, 0.75), target=(0.36, 0.0, 0.08)),
 }

@@ -18,7 +18,6 @@ from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import ObjectCloud, Scene, Table
 from structdiffusion.simulation.bodies import MARGIN, add_object, add_table
 from structdiffusion.simulation.depth_camera import VIEWS, CameraImage, DepthCamera, measured_depth
-from structdiffusion.simulation.scenery import Backdrop
 from structdiffusion.simulation.visible_points import MIN_POINTS, ObservationError, visible_points
 
 TABLE = -1  # represents the table among indices of objects
@@ -269,7 +268,6 @@ class TabletopWorld:
         width: int = 640,
         height: int = 480,
         camera: DepthCamera | None = None,
-        backdrop: Backdrop | None = None,
     ) -> np.ndarray:
         """Render an RGB picture (height, width, 3) uint8.
 
@@ -278,7 +276,6 @@ class TabletopWorld:
                 `structdiffusion.simulation.depth_camera.VIEWS`.
             width, height: pixels.
             camera: the camera to use instead of the view's.
-            backdrop: the surroundings of the table, as that camera sees them.
 
         Raises:
             ValueError: for an unknown view.
@@ -287,5 +284,4 @@ class TabletopWorld:
             raise ValueError(f"unknown view {view!r}; legal views: {', '.join(VIEWS)}")
         lens = camera or (self.camera if view == "robot" else VIEWS[view])
         lens = replace(lens, width=width, height=height)
-        color, buffer, _ = self._render(lens)
-        return color if backdrop is None else backdrop.behind(color, lens.depth_from_buffer(buffer))
+        return self._render(lens)[0]

@@ -24,6 +24,7 @@ from structdiffusion.objects.procedural import procedural_object, procedural_obj
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 from structdiffusion.simulation.depth_camera import DepthCamera
 from structdiffusion.structures.checks import Check
+from tests.browser import Browser, Page, running_browser
 
 INSTRUCTION = 'put the cups in a small circle <script>alert("x")</script>'
 
@@ -80,8 +81,8 @@ def computed_once() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def short_films(monkeypatch):
-    """Take a picture of the arm every 20 s and not every 1.5: drawing them is a quarter of a build's time."""
-    monkeypatch.setattr("agent.pipeline.film.INTERVAL", 20.0)
+    """Take a picture of the arm every 20 s and not every 1.25: drawing them is a third of a build's time."""
+    monkeypatch.setattr("agent.pipeline.film.INTERVAL", 4.0)
 
 
 @pytest.fixture
@@ -198,3 +199,20 @@ def table() -> Iterator[TableScene]:
     poses = np.array([pose_from_xyz_yaw(0.45, -0.15, 0.0, 0.0), pose_from_xyz_yaw(0.45, 0.2, 0.0, 0.0)])
     with TableScene(boxes, poses, 2, np.random.default_rng(0)) as table:
         yield table
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory) -> Iterator[Browser]:
+    """One real browser for all tests of a process."""
+    with running_browser(tmp_path_factory.mktemp("browser")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def tab(browser) -> Iterator[Page]:
+    """A page of the browser, as large as a window on a desk."""
+    page = browser.page()
+    page.size(1200, 900)
+    yield page
+    assert not page.errors
+    page.close()

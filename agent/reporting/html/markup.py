@@ -54,13 +54,14 @@ def table_view(model: Mapping[str, Any]) -> str:
     """Show the table in 3D (`agent.reporting.table_model`), as a section that a script unveils where there is WebGL."""
     names = [view["name"] for view in model["views"]]
     buttons = "".join(f'<button type="button" value="{escape(name)}">{escape(name)}</button>' for name in names)
-    robot = "" if model["robot"] is None else " The robot is the dark block."
+    robot = "" if model["robot"] is None or model["film"] else " The robot is the dark block."
     # A name may be "</script>".
     data = json.dumps(model, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     return (
         '<section hidden>\n<h3>The table in 3D</h3>\n<figure class="table-view">'
         '<canvas tabindex="0" role="img" aria-label="the table in 3D; the arrow keys turn it, + and - move it">'
         f'</canvas><div class="controls"><span role="group" aria-label="what is shown">{buttons}</span>'
+        '<button type="button" class="play" aria-label="play" hidden>▶</button>'
         '<input type="range" min="0" value="0" aria-label="candidate or step"><output></output></div>'
         f'<script type="application/json">{data}</script>'
         f"<figcaption>Drag to turn; press it, then the wheel, + and - move nearer and away.{robot}"

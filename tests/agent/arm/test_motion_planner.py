@@ -132,3 +132,27 @@ def test_solid_hull_reaches_down_to_the_support():
     assert len(hull) <= 60
     flat = solid_hull(np.zeros((30, 3)))
     assert len(flat) == 8 and math.isclose(np.ptp(flat[:, 0]), 0.004)
+
+
+class _NoWay(PlanningScene):
+    """A scene in which everything but the two ends of a motion collides: its search only ends at its limit."""
+
+    def collides(self, q, *_, **__):
+        super().collides(q)
+        return min(np.abs(q - FOLDED).max(), np.abs(q - TURNED).max()) > 0.2
+
+
+TURNED = FOLDED + np.eye(len(FOLDED))[0] * 1.5
+
+
+def test_a_search_ends_where_it_is_asked_to():
+    seen = []
+
+    def on_check():
+        seen.append(1)
+        if len(seen) == 400:
+            raise KeyboardInterrupt
+
+    with _NoWay(np.random.default_rng(0), on_check=on_check) as scene, pytest.raises(KeyboardInterrupt):
+        scene.plan(FOLDED, TURNED, checks=10**7)
+    assert len(seen) == 400

@@ -11,8 +11,7 @@ from agent.chat.conversation import Conversation
 from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
-from agent.scenes.table_scene import SHOULDER
-from structdiffusion.simulation.depth_camera import VIEWS
+from structdiffusion.simulation.depth_camera import BESIDE, VIEWS
 from structdiffusion.simulation.world import TabletopWorld
 from tests.agent.event_log import EventLog
 
@@ -39,7 +38,7 @@ def few_candidates(monkeypatch):
 def small_pictures(monkeypatch):
     """Draw pictures of the arm at work with a sixteenth of the pixels; what the camera observes stays as it is."""
     size = {"width": 160, "height": 120}
-    monkeypatch.setitem(VIEWS, SHOULDER, replace(VIEWS[SHOULDER], **size))
+    monkeypatch.setitem(VIEWS, BESIDE, replace(VIEWS[BESIDE], **size))
     monkeypatch.setattr(TabletopWorld, "picture", partialmethod(TabletopWorld.picture, **size))
 
 

@@ -14,18 +14,11 @@ from agent.live_view.transcript import page_screen
 from agent.pipeline.event_builders import chosen_event, perceived_event
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.observation import Arrangement
-from tests.browser import running_browser
 
 pytest.importorskip("websockets", reason="needs the extra `view`")
 DESKTOP, PHONE = (1280, 800), (390, 844)
 SHOTS = os.environ.get("STRUCTAGENT_TEST_SHOTS")  # a folder for the pictures, for who wants to look at them
 STAGE = (slice(60, 640), slice(240, 880))  # of a desktop's picture, where no control lies over the table
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with running_browser(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
 
 
 @pytest.fixture
@@ -185,7 +178,7 @@ def test_a_phone_shows_everything_within_its_width(opened, view, screen):
 
 def test_without_webgl_the_picture_and_the_chat_work(browser, opened, server, view, screen, lines):
     page = browser.page()
-    page.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null")
+    page.without_webgl()
     page.size(*DESKTOP)
     page.open(server.access.address)
     page.wait("structagent.state.role === 'you' && !document.getElementById('no-webgl').hidden")

@@ -20,8 +20,7 @@ from agent.live_view.server import ViewServer
 from agent.live_view.transcript import page_screen
 from agent.pipeline.run import RunOptions
 from agent.reporting.session_reader import read_session
-from agent.scenes.table_scene import SHOULDER
-from structdiffusion.simulation.depth_camera import VIEWS
+from structdiffusion.simulation.depth_camera import BESIDE, VIEWS
 from structdiffusion.simulation.world import TabletopWorld
 from tests.agent.chat.conftest import DESK
 from tests.agent.live_view.conftest import Client, get
@@ -37,7 +36,7 @@ def quick_arm_and_small_pictures(monkeypatch):
     monkeypatch.setattr(
         "agent.arm.controller.trajectory", lambda path, period, limits: trajectory(path, period, 2 * limits)
     )
-    monkeypatch.setitem(VIEWS, SHOULDER, replace(VIEWS[SHOULDER], **size))
+    monkeypatch.setitem(VIEWS, BESIDE, replace(VIEWS[BESIDE], **size))
     monkeypatch.setattr(TabletopWorld, "picture", partialmethod(TabletopWorld.picture, **size))
 
 

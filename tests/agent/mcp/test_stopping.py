@@ -1,5 +1,6 @@
 """Cancelling a call, or the tool stop, halts the arm at once; it then sets down what it holds and folds."""
 
+import threading
 import time
 
 import anyio
@@ -8,6 +9,7 @@ import pytest
 pytest.importorskip("mcp", reason="needs the extra mcp")
 
 from agent.arm.controller import ArmDriver
+from agent.arm.motion_planner import PlanningScene
 from structdiffusion.simulation.world import TIME_STEP
 from tests.agent.mcp.conftest import Person, data, plan, refusal, serving
 
@@ -129,3 +131,44 @@ def test_stop_drops_what_is_open(served):
         assert (await data(client, "propose", text="line"))["wish"] == "a line of cup 1, cup 2 and cup 3"
 
     served.speak(conversation)
+
+
+@pytest.mark.parametrize("how", ["cancel", "stop"])
+def test_a_search_for_a_plan_ends_within_half_a_second(served, monkeypatch, how):
+    """A search that would never end, because every motion that it tries collides."""
+    searching, ended = threading.Event(), []
+
+    def endless(self, *_, **__):
+        searching.set()
+        try:
+            while True:
+                self.collides(self.kinematics.folded)
+        finally:
+            ended.append(time.process_time())
+
+    async def conversation(client):
+        plan_id = await plan(client)
+        scope = anyio.CancelScope()
+
+        async def build():
+            with scope:
+                await client.call_tool("build", {"plan_id": plan_id})
+
+        monkeypatch.setattr(PlanningScene, "plan", endless)
+        async with anyio.create_task_group() as group:
+            group.start_soon(build)
+            while not searching.is_set():
+                await anyio.sleep(0.01)
+            began = time.process_time()
+            if how == "cancel":
+                scope.cancel()
+            else:
+                stopped = await data(client, "stop")
+                assert stopped == {"stopped": True, "message": f"stopped while {plan_id} is being built"}
+        while served.worker.job is not None:
+            await anyio.sleep(0.01)
+        assert ended[0] - began < LIMIT
+        seen = await data(client, "look")
+        assert seen["held"] is None and served.table._talk.table.tidy
+
+    served.speak(conversation, Person())

@@ -218,6 +218,24 @@ def test_the_last_picture_knows_how_far_everything_has_moved(table):
         np.testing.assert_allclose(last.motions[name] @ pose, now, atol=0.003)
 
 
+def test_planning_can_be_interrupted_and_moves_nothing(table):
+    scene, start = table.look(), np.array(table.world.poses())
+    motions = np.tile(np.eye(4), (2, 1, 1))
+    motions[0, 1, 3] = 0.1
+    checks, happened = [], []
+
+    def on_check():
+        checks.append(1)
+        if len(checks) == 50:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        for event in build_with_arm(table, scene, StructureSpec("line"), [Arrangement(motions)], 0, on_check=on_check):
+            happened.append(event)
+    assert happened == [] and len(checks) == 50
+    np.testing.assert_allclose(table.world.poses(), start, atol=1e-6)
+
+
 # --- trying without the arm ----------------------------------------------------------------------
 
 

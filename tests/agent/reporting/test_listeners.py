@@ -240,7 +240,7 @@ def test_page_is_well_formed_and_its_pictures_have_words(run_events, tmp_path):
 def test_page_shows_candidates_film_and_time(run_events, tmp_path):
     film = Filmed(0.8, np.zeros((3, 24, 32, 3), np.uint8))
     text = record_of([*run_events[:-3], film, *run_events[-3:]]).write(tmp_path).read_text(encoding="utf-8")
-    for part in ("candidate 1 from above", "5 times as fast", "Time by step", "✗ failed", "Not built"):
+    for part in ("candidate 1 from above", "6 times as fast", "Time by step", "✗ failed", "Not built"):
         assert part in text, part
     assert text.count('<figure class="candidate') == 6
 

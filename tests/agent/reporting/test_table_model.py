@@ -8,13 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from agent import events
+from agent.arm.visual_shapes import LinkShape
 from agent.pipeline.event_builders import perceived_event
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_reader import Session
 from agent.reporting.table_model import CANDIDATES, TableModel
+from agent.reporting.table_parts import part_error
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 
@@ -88,6 +91,59 @@ def test_steps_of_a_build_are_frames(run_events):
     assert build["frames"][1]["motions"][0] is None
     released = model_of([*run_events[:5], events.Tried((), ()), steps[0]])["views"][-1]
     assert released["name"] == "released"
+
+
+def filmed(run_events) -> list:
+    """A look, a placement, and a film of five moments in which the arm's one link rises and cup 2 goes along."""
+    way = np.array([pose_from_xyz_yaw(0.0, 0.0, z, 2 * z) for z in (0.0, 0.1, 0.2, 0.2, 0.2)])
+    placed = events.Pictured("placement-1-after", "after placement 1", np.zeros((4, 4, 3), np.uint8), {"cup 2": way[3]})
+    still = np.tile(np.eye(4), (5, 1, 1))
+    arm = LinkShape(3, (0.1, 0.1, 0.2), True, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (9, 9, 9))
+    frames = np.zeros((0, 4, 4, 3), np.uint8)
+    film = events.Filmed(1.25, frames, 0.25, {"cup 1": still, "cup 2": way}, {3: way}, (arm,))
+    return [*run_events[:5], placed, film]
+
+
+def test_a_film_has_the_places_of_everything_at_every_moment(run_events):
+    film = model_of(filmed(run_events))["film"]
+    assert film["every"] == 0.25 and film["marks"] == [(2, "after placement 1")]
+    assert [track is None for track in film["motions"]] == [True, False, True, True]
+    track = np.frombuffer(base64.b64decode(film["motions"][1]), "<i2").reshape(5, 7)
+    assert track[:, :3].tolist() == [[0, 0, z] for z in (0, 1000, 2000, 2000, 2000)]
+    turns = Rotation.from_quat(track[:, 3:] / 32_767).as_euler("xyz")
+    assert turns == pytest.approx(np.outer((0.0, 0.2, 0.4, 0.4, 0.4), (0, 0, 1)), abs=1e-3)
+    assert film["links"] == {"3": film["motions"][1]} and film["shapes"][0]["sides"] == [0.1, 0.1, 0.2]
+
+
+def test_parts_make_the_same_table_again_and_broken_ones_are_named(run_events):
+    first, again = TableModel(), TableModel()
+    parts = [json.loads(json.dumps(part)) for event in filmed(run_events) if (part := first.on_event(event))]
+    assert [next(iter(part)) for part in parts] == ["seen", "candidates", "chosen", "step", "film"]
+    for part in parts:
+        assert part_error(part) == ""
+        again.take(part)
+    assert json.dumps(again.to_dict()) == json.dumps(first.to_dict())
+    broken = 0
+    for part in parts:
+        kind = next(iter(part))
+        for bad in spoiled(part[kind]):
+            assert part_error({**part, kind: bad}).startswith("its table is no part that structagent writes")
+            broken += 1
+    assert broken > 50
+    for nothing in (None, 3, [], {}, {"other": 1}, {**parts[0], "more": 1}):
+        assert part_error(nothing)
+
+
+def spoiled(value):
+    """The value, and in turn everything in it, replaced by what no part may have there."""
+    yield {"x": object}
+    yield "*" if isinstance(value, str) else "AAA"
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            if key != "caption" and key != "name":
+                yield from ({**value, key: bad} for bad in spoiled(inner))
+    if isinstance(value, list) and value and not isinstance(value[0], str | None):
+        yield from ([bad, *value[1:]] for bad in spoiled(value[0]))
 
 
 def test_bodies_in_physics_are_where_they_stand(table):

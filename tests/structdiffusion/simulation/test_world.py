@@ -186,12 +186,12 @@ def test_an_object_that_hides_is_named():
 
 def test_pictures_from_every_side():
     with TabletopWorld([block(0.1, 0.1, 0.1)], [at(0.45, 0.2)]) as world:
-        for view in ("robot", "shoulder", "top", "opposite"):
+        for view in ("robot", "beside", "top", "opposite"):
             assert world.picture(view, width=160, height=120).shape == (120, 160, 3)
-        for view in ("robot", "shoulder"):  # left is left where the speaker looks from
+        for view in ("robot", "beside"):  # left is left where the speaker looks from
             picture = world.picture(view).astype(int)
             assert (picture[..., 0] - picture[..., 2] > 80).nonzero()[1].mean() < 320
-        with pytest.raises(ValueError, match="unknown view 'side'; legal views: robot, shoulder, top, opposite"):
+        with pytest.raises(ValueError, match="unknown view 'side'; legal views: robot, beside, top, opposite"):
             world.picture("side")
 
 
