@@ -77,11 +77,13 @@ class ObjectPlanner:
         rules: what else is known of the placements.
     """
 
+    finder = Reachability
+
     def __init__(
         self, scene: PlanningScene, rng: np.random.Generator, rules: PlacementRules = PlacementRules()
     ) -> None:
         self.scene, self.kinematics, self.rules = scene, scene.kinematics, rules
-        self._reachability = Reachability(scene, rng)
+        self._reachability = self.finder(scene, rng)
         self._known: dict[ObstacleKey, list[Standing]] = {}  # the places in which each object was planned for
         self._layout: dict[ObstacleKey, tuple[Standing, bool]] = {}  # what stands where; whether it is open
         # Of each pick among obstacles, loosely or not: its free lines back and up, or why there are none.

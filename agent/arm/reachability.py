@@ -115,13 +115,17 @@ class Reachability:
             goal_from_now: (4, 4) its motion; the turn of a round object is free.
             release: m above the goal where it is released.
         """
+        for number in range(math.ceil(len(standing.grasps) / _BLOCK)):
+            yield from self.block(standing, number, goal_from_now, release)
+
+    def block(self, standing: Standing, number: int, goal_from_now: np.ndarray, release: float) -> list[Pair]:
+        """Return the pairs of one block of grasps, best first; the earlier blocks have been asked for before."""
         found = standing.pairs.setdefault((goal_from_now.tobytes(), release), [])
-        for block in range(math.ceil(len(standing.grasps) / _BLOCK)):
-            if block == len(standing.picks):
-                standing.picks.append(self._picks(standing.grasps[block * _BLOCK : (block + 1) * _BLOCK]))
-            if block == len(found):
-                found.append(self._pairs(standing, standing.picks[block], goal_from_now, release))
-            yield from found[block]
+        if number == len(standing.picks):
+            standing.picks.append(self._picks(standing.grasps[number * _BLOCK : (number + 1) * _BLOCK]))
+        if number == len(found):
+            found.append(self._pairs(standing, standing.picks[number], goal_from_now, release))
+        return found[number]
 
     def at_pick(self, standing: Standing, pick: Pick) -> Reach:
         """Return the lines from a pick."""

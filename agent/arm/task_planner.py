@@ -73,7 +73,7 @@ class Search(ObjectPlanner):
         for i in sorted(set(range(count)) - done):
             # Before any motion is planned, as that takes longer; what is found is used below.
             standing = self.standing_of(i, current[i], bottoms[i])
-            if not stop_over and standing.grasps and not self.within_reach(i, standing, motions[i]):
+            if not stop_over and not self.within_reach(i, standing, motions[i]) and standing.grasps:
                 return [], i, OUT_OF_REACH
         while len(done) < count:
             under, in_the_way, _ = precedence(current, motions, bottoms)
