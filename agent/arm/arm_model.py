@@ -101,6 +101,11 @@ class ArmModel:
         """Return parent_from_joint (4, 4) of every joint by name."""
         return {joint.name: joint.parent_from_joint for joint in self.chain}
 
+    @cached_property
+    def joint_origins(self) -> np.ndarray:
+        """Return parent_from_joint (n, 4, 4) of the joints of the arm."""
+        return np.stack([self.origins[name] for name in self.joints])
+
     def link_poses(self, angles: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return base_from_link (4, 4) of every link by name; a joint that `angles` leaves out is at 0."""
         poses = {self.chain[0].parent: np.eye(4)}

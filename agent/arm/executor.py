@@ -24,11 +24,12 @@ from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, PlaceFailed, 
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import JacoArm
 from agent.arm.motion_planner import PlanningScene
+from agent.arm.object_planner import SHORT_APPROACH, ObjectPlan
 from agent.arm.placement_order import bottom_at, precedence
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
-from agent.arm.task_planner import SHORT_APPROACH, ObjectPlan, Search
+from agent.arm.task_planner import Search
 from agent.arm.trajectories import straight_line
 from structdiffusion.geometry import raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import Arrangement, Scene
@@ -37,7 +38,6 @@ from structdiffusion.simulation.world import FALLEN, TabletopWorld
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
 REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
-REPLANNING_ATTEMPTS = 2
 STALE = 0.003  # m that an object may have moved before the plan around it is made again
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
 PUSHED = 0.02  # m from its goal: worth another move
@@ -233,12 +233,16 @@ class _Builder:
         kinematics = self.search.kinematics
         start = kinematics.unwind(self.arm.configuration(), kinematics.folded)
         limit = self.search.scene.checks + REPLANNING_CHECKS
-        for _ in range(REPLANNING_ATTEMPTS):  # each draws other restarts
-            plan, reason = self.search.object(
-                index, clouds, self.distractors, bottoms, goal_from_now, limit, start, failed
-            )
-            if plan is not None:
-                break
+        try:
+            for last_resort in (False, True):
+                self.search.loosen(last_resort)
+                plan, reason = self.search.object(
+                    index, clouds, self.distractors, bottoms, goal_from_now, limit, start, failed
+                )
+                if plan is not None:
+                    break
+        finally:
+            self.search.loosen(False)
         return plan, reason
 
     def _pick(self, plan: ObjectPlan, name: str, attempt: int) -> tuple[str, Picked | None]:

@@ -10,20 +10,14 @@ There are three kinds, all with the hand pointing down or tilted by up to 40 deg
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.gripper import ANGLES, LEVELS, PALM_LEVEL, contact_angle, opening_for, reach
+from agent.arm.gripper import ANGLES, PALM_LEVEL, reach
+from agent.arm.hand_fit import FLAT, FLOOR_CLEARANCE, LATERAL, PALM_CLEARANCE, Contacts, fit_hands
 
-SIDE_CLEARANCE = 0.008  # m kept on each side between open fingers and the object
-PALM_CLEARANCE = 0.006  # m
-FLAT_SIDE_CLEARANCE = 0.005  # m, the same for flat things, so that the fingers need not sweep the table
-FLOOR_CLEARANCE = 0.0005  # m between the lowest finger and what the object stands on
-LATERAL = 0.032  # m: half the width of the hand's fingers side by side
-WIDEST = 0.165  # m between the fingers
-FLAT = 0.03  # m: lower than this is flat
 NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
 PINCH = 0.015  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
 FEWEST_POINTS = 10  # of a cloud that a hand can be fitted to
@@ -50,7 +44,7 @@ class Grasp:
     quality: float
 
 
-def hand_pose(point: np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
+def hand_pose(point: Sequence[float] | np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
     """Return world_from_ee (4, 4) of a hand at `point` (3,) that closes along `yaw` and approaches from above.
 
     `tilt` turns it about its closing axis, so that it leans by that angle.
@@ -88,7 +82,8 @@ def grasps_of(points: np.ndarray, support: float = 0.0, limit: int = 60) -> list
         support: z of the surface that it stands on.
         limit: the most grasps to return.
     """
-    return sorted(_grasps(points, support), key=lambda grasp: -grasp.quality)[:limit]
+    # Rounded, so that rounding does not decide between grasps of the same quality: the first one stays first.
+    return sorted(_grasps(points, support), key=lambda grasp: -round(grasp.quality, 9))[:limit]
 
 
 def can_be_grasped(points: np.ndarray, support: float = 0.0) -> bool:
@@ -103,69 +98,6 @@ def _grasps(points: np.ndarray, support: float) -> Iterator[Grasp]:
         yield from _rim(points, support)
 
 
-def _in_hand(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    """Transform the points (P, 3) into the end_effector frame."""
-    return (points - pose[:3, 3]) @ pose[:3, :3]
-
-
-def _widths(inside: np.ndarray, clearance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return two (L,), metres, for each of `LEVELS`: the width that the open hand must pass, and that of the object
-    there.
-
-    Going down, the hand's level l passes everything that ends up at levels below l's height, that
-    is between the palm and l.
-    """
-    there = np.zeros(len(LEVELS))
-    bins = np.rint((inside[:, 2] - LEVELS[0]) / (LEVELS[1] - LEVELS[0])).astype(int)
-    seen = (bins >= 0) & (bins < len(LEVELS))
-    # Twice the farther side: the hand closes about its own middle.
-    np.maximum.at(there, bins[seen], 2 * np.abs(inside[seen, 0]))
-    there = np.maximum(there, np.maximum(np.append(there[1:], 0.0), np.append(0.0, there[:-1])))
-    passing = np.maximum.accumulate(there)
-    return np.where(passing > 0.0, passing + 2 * clearance, 0.0), there
-
-
-def _fitted(
-    points: np.ndarray, near: np.ndarray, contact: np.ndarray, yaw: float, tilt: float, depth: float, support: float
-) -> tuple[np.ndarray, float, float] | None:
-    """Return a hand pose whose finger tips end `depth` below `contact` (3,), with its opening and width; `None` if
-    none fits.
-
-    Args:
-        points: the whole object's cloud, which must stay clear of the palm.
-        near: the part of it that comes between the fingers.
-    """
-    approach = hand_pose(contact, yaw, tilt)[:3, 2]
-    # Leaning fingers reach lower on one side.
-    lean = LATERAL * abs(math.sin(tilt))
-    clearance = FLAT_SIDE_CLEARANCE if contact[2] - support < FLAT else SIDE_CLEARANCE
-    farthest = reach(0.0, ANGLES[-1])
-    for attempt in range(4):
-        position = contact + approach * (depth - 0.006 * attempt - 0.040)
-        for _ in range(2):  # how low the fingers reach depends on how far they close, and that on the height
-            lowest = position[2] - farthest * math.cos(tilt) - lean
-            position[2] += max(0.0, support + FLOOR_CLEARANCE - lowest)
-            pose = hand_pose(position, yaw, tilt)
-            levels = _in_hand(points, pose)
-            above_palm = levels[np.abs(levels[:, 0]) < 0.045, 2]
-            room = PALM_LEVEL + PALM_CLEARANCE
-            if len(above_palm) and above_palm.min() < room and np.percentile(above_palm, 1) < room:
-                break
-            inside = _in_hand(near, pose)
-            passing, there = _widths(inside, clearance)
-            opening, closing = opening_for(passing), contact_angle(there)
-            if opening is None or closing is None or closing < opening or there.max() > WIDEST:
-                break
-            lower = farthest - reach(opening, closing)
-            if contact[2] - support >= FLAT or lower < 5e-4:
-                return pose, opening, float(there.max())
-            farthest -= lower
-            position[2] -= lower
-        else:
-            return pose, opening, float(there.max())
-    return None
-
-
 def _across(points: np.ndarray, support: float) -> Iterator[Grasp]:
     low, high = np.percentile(points[:, 2], [1, 99])
     top, middle = float(high), np.median(points[:, :2], axis=0)
@@ -177,39 +109,55 @@ def _across(points: np.ndarray, support: float) -> Iterator[Grasp]:
     for yaw in np.arange(YAWS) * math.pi / YAWS:
         closing = np.array([math.cos(yaw), math.sin(yaw)])
         side = np.array([math.sin(yaw), -math.cos(yaw)])
-        across, along = (points[:, :2] - middle) @ closing, (points[:, :2] - middle) @ side
-        half = 0.5 * np.subtract(*np.percentile(along, [97, 3]))
-        # Long things can also be taken off their middle.
-        offsets = (0.0,) if half < 0.05 else (0.0, 0.3 * half, -0.3 * half)
-        for offset in offsets:
-            slab = np.abs(along - offset) < LATERAL
-            for depth in depths:
-                section = slab & (points[:, 2] > top - depth - 0.01)
-                if section.sum() < 6:
-                    continue
-                local_top = float(np.percentile(points[section, 2], 97))
-                ends = np.percentile(across[section], [2, 98])
-                center = middle + closing * ends.mean() + side * offset
-                contact = np.array([*center, local_top])
-                narrow = np.abs(along[section] - offset).max() < NARROW
-                for tilt in TILTS:
-                    fitted = _fitted(points, points[section], contact, yaw, tilt, depth, support)
-                    if fitted is None:
-                        continue
-                    pose, opening, width = fitted
-                    quality = (
-                        1.0
-                        - 3.0 * width
-                        - 3.0 * abs(offset)
-                        - 0.25 * abs(tilt)
-                        + 3.0 * min(depth, 0.05)
-                        - 1.5 * np.linalg.norm(center - middle)
-                    )
-                    pinch = PINCH if narrow else 0.0
-                    for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
-                        turned = hand_pose(pose[:3, 3], yaw + turn, tilt if turn == 0.0 else -tilt)
-                        turned[:3, 3] -= pinch * turned[:3, 1]
-                        yield Grasp(turned, width, opening, kind, float(quality))
+        local = np.column_stack(((points[:, :2] - middle) @ closing, (points[:, :2] - middle) @ side, points[:, 2]))
+        places = _contacts(local, top, depths)
+        if places is None:
+            continue
+        contacts, offsets, narrow = places
+        fitted = fit_hands(local, contacts, support)
+        quality = (
+            1.0
+            - 3.0 * fitted.width
+            - 3.0 * np.abs(offsets)
+            - 0.25 * np.abs(contacts.tilt)
+            + 3.0 * np.minimum(contacts.depth, 0.05)
+            - 1.5 * np.hypot(contacts.across, contacts.along)
+        )
+        for k in np.flatnonzero(fitted.fits):
+            position = (*(middle + closing * contacts.across[k] + side * fitted.along[k]), fitted.height[k])
+            pinch, tilt = PINCH if narrow[k] else 0.0, float(contacts.tilt[k])
+            for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
+                turned = hand_pose(position, yaw + turn, tilt if turn == 0.0 else -tilt)
+                turned[:3, 3] -= pinch * turned[:3, 1]
+                yield Grasp(turned, float(fitted.width[k]), float(fitted.opening[k]), kind, float(quality[k]))
+
+
+def _contacts(
+    local: np.ndarray, top: float, depths: Sequence[float]
+) -> tuple[Contacts, np.ndarray, np.ndarray] | None:
+    """Return where hands may come down on a cloud (P, 3) of across, along and height; `None` if nowhere.
+
+    With them two (B,): how far along each is off the middle, and whether the object is narrow there.
+    """
+    across, along = local[:, 0], local[:, 1]
+    half = 0.5 * np.subtract(*np.percentile(along, [97, 3]))
+    rows, sections = [], []
+    # Long things can also be taken off their middle.
+    for offset in (0.0,) if half < 0.05 else (0.0, 0.3 * half, -0.3 * half):
+        slab = np.abs(along - offset) < LATERAL
+        for depth in depths:
+            section = slab & (local[:, 2] > top - depth - 0.01)
+            if section.sum() < 6:
+                continue
+            ends = np.percentile(across[section], [2, 98])
+            narrow = np.abs(along[section] - offset).max() < NARROW
+            local_top = np.percentile(local[section, 2], 97)
+            rows += [(ends.mean(), offset, local_top, depth, tilt, narrow) for tilt in TILTS]
+            sections += [section] * len(TILTS)
+    if not rows:
+        return None
+    *places, narrow = np.array(rows).T
+    return Contacts(*places, np.array(sections)), places[1], narrow > 0
 
 
 def _rim(points: np.ndarray, support: float) -> Iterator[Grasp]:
@@ -247,7 +195,7 @@ def _rim(points: np.ndarray, support: float) -> Iterator[Grasp]:
         for turn in (0.0, math.pi):
             pose = hand_pose(contact, yaw + turn)
             pose[2, 3] = lowest_tip + reach(0.5, ANGLES[-1])
-            if _in_hand(points, pose)[:, 2].min() < PALM_LEVEL + PALM_CLEARANCE:
+            if ((points - pose[:3, 3]) @ pose[:3, 2]).min() < PALM_LEVEL + PALM_CLEARANCE:
                 continue
             opening = 0.8 if radius < 0.07 else 0.65
             yield Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from agent.arm.arm_model import DEFAULT_MODEL, END_EFFECTOR, FINGER_TIPS, FINGERS, arm_model
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
@@ -66,6 +67,7 @@ def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return thumb, others, lowest
 
 
+@cache
 def gaps() -> np.ndarray:
     """Return the gap, metres, at each of `ANGLES` and `LEVELS`; infinite beyond the tips."""
     thumb, others, _ = _profile()
@@ -80,31 +82,37 @@ def reach(opening: float, closing: float) -> float:
     return float(np.interp(angles, ANGLES, _profile()[2]).max())
 
 
-def opening_for(widths: np.ndarray) -> float | None:
-    """Return the smallest finger opening angle whose gap passes `widths` (L,), metres, at each of `LEVELS`; `None`
-    if none does.
+@cache
+def _reach_table() -> np.ndarray:
+    """Return `reach` (A, A) from each of `ANGLES` to each later one."""
+    lowest = _profile()[2]
+    return np.stack([np.maximum.accumulate(np.roll(lowest, -a)) for a in range(len(ANGLES))])
+
+
+def reaches(openings: np.ndarray, closings: np.ndarray) -> np.ndarray:
+    """Return `reach` (B,) of openings and closings (B,) that are among `ANGLES`."""
+    first, last = np.searchsorted(ANGLES, openings), np.searchsorted(ANGLES, closings)
+    return _reach_table()[first, last - first]
+
+
+def openings_for(widths: np.ndarray) -> np.ndarray:
+    """Return the largest finger angles (B,), so the smallest openings, that pass `widths` (B, L) at each of `LEVELS`;
+    NaN where none does.
     """
-    passes = (gaps() >= widths).all(axis=1)
-    return float(ANGLES[np.flatnonzero(passes)[-1]]) if passes.any() else None
+    passes = (gaps() >= widths[:, None]).all(axis=2)
+    last = passes.shape[1] - 1 - passes[:, ::-1].argmax(axis=1)
+    return np.where(passes.any(axis=1), ANGLES[last], np.nan)
 
 
-def _widest_near(widths: np.ndarray) -> np.ndarray:
-    """Return the largest width (L,) within three levels of each of `LEVELS`."""
-    beyond = np.pad(widths, 3, constant_values=-np.inf)
-    return np.max([beyond[shift : shift + len(widths)] for shift in range(7)], axis=0)
-
-
-def contact_angle(widths: np.ndarray) -> float | None:
-    """Return the finger angle at which closing fingers first touch an object that is `widths` (L,) wide; `None` if
-    never.
+def contact_angles(widths: np.ndarray) -> np.ndarray:
+    """Return the finger angles (B,) at which closing fingers first touch objects that are `widths` (B, L) wide; NaN
+    where they never do.
 
     Zero width means nothing at that level. Fingers that would come down on the object, because
     they reach its level only when they are already closer together than its width, never touch it.
     """
-    meets = np.flatnonzero(((gaps() <= widths) & (widths > 0.0)).any(axis=1))
-    if not len(meets):
-        return None
-    around = _widest_near(widths)  # within 1 cm: few points may have been seen at one level
-    if np.where(widths > 0.0, around - gaps()[meets[0]], -np.inf).max() > ONTO:
-        return None
-    return float(ANGLES[meets[0]])
+    meets = ((gaps() <= widths[:, None]) & (widths > 0.0)[:, None]).any(axis=2)
+    first = meets.argmax(axis=1)
+    around = maximum_filter1d(widths, 7, axis=1, mode="constant")  # within 1 cm: few points may be seen at one level
+    overlap = np.where(widths > 0.0, around - gaps()[first], -np.inf).max(axis=1)
+    return np.where(meets.any(axis=1) & (overlap <= ONTO), ANGLES[first], np.nan)

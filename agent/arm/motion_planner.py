@@ -73,6 +73,7 @@ class PlanningScene:
     Attributes:
         kinematics: as given.
         checks: the number of configurations checked so far: the cost of planning, independent of the machine.
+        held_overlap: m that the hull of a held object may overlap others.
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class PlanningScene:
         self._rng, self._on_check = rng, on_check or (lambda: None)
         self.kinematics = kinematics
         self.checks = 0
+        self.held_overlap = HELD_OVERLAP
         self.client = pybullet.connect(pybullet.DIRECT)
         self.arm = JacoArm(self.client, kinematics)
         self._obstacles: dict[object, int] = {}
@@ -186,7 +188,7 @@ class PlanningScene:
         if self._held is None:
             return False
         return any(
-            contact[8] < (0.0 if arm.body in (contact[1], contact[2]) else -HELD_OVERLAP)
+            contact[8] < (0.0 if arm.body in (contact[1], contact[2]) else -self.held_overlap)
             for contact in pybullet.getContactPoints(self._held, physicsClientId=self.client)
         )
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+import shapely
 from shapely import MultiPoint
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
@@ -16,6 +18,8 @@ from structdiffusion.observation import Table
 ASIDE_CLEARANCES = (0.07, 0.035, 0.02)
 INSET = (0.08, 0.05)  # m between the table's edges and the middle of what was moved out of the way
 PLACES_TRIED = 300
+STOPOVER_TURNS = tuple(math.radians(angle) for angle in (90, -90, 180, 45, -45, 0))
+STOPOVERS_PER_TURN = 2
 GOAL_CLEARANCE = 0.015  # m between a goal's footprint and what still stands there
 # m, m^2: what stands higher by less, or overlaps less, stands beside the other one.
 LEAST_STEP, LEAST_OVERLAP = 0.003, 1e-4
@@ -97,7 +101,7 @@ def asides(
     Returns:
         (object, goal_from_now (4, 4), True) per blocking object, to the nearest free place found.
     """
-    taken = [MultiPoint(cloud[:, :2]).convex_hull for cloud in (*clouds, *distractors)]
+    taken = _outlines((*clouds, *distractors))
     goals = [MultiPoint(transform_points(motions[i], clouds[i])[:, :2]).convex_hull for i in waiting]
     # Only for those whose turn it would be: what they will stand on is there.
     blockers = {j for i in waiting if under[i] <= done for j in in_the_way[i]} - done
@@ -108,17 +112,67 @@ def asides(
     steps = []
     for j in sorted(free, key=lambda j: taken[j].area):
         center = clouds[j][:, :2].mean(axis=0)
-        x_inset = min(INSET[0], (table.x_max - table.x_min) / 2)
-        y_inset = min(INSET[1], (table.y_max - table.y_min) / 2)
-        x = rng.uniform(table.x_min + x_inset, table.x_max - x_inset, PLACES_TRIED)
-        y = rng.uniform(table.y_min + y_inset, table.y_max - y_inset, PLACES_TRIED)
-        places = np.stack((x, y), axis=1)
+        places = _places(table, rng)
         moves = places[np.argsort(np.linalg.norm(places - center, axis=1))] - center
-        others = [shape for k, shape in enumerate(taken) if k != j] + goals
-        room = np.array([min(translate(taken[j], x, y).distance(other) for other in others) for x, y in moves])
+        room = _room(taken[j], moves, [shape for k, shape in enumerate(taken) if k != j] + goals)
         for clearance in ASIDE_CLEARANCES:
             if (room > clearance).any():
                 x, y = moves[int((room > clearance).argmax())]
                 steps.append((j, pose_from_xyz_yaw(x, y, -bottoms[j], 0.0), True))
                 break
     return steps
+
+
+def stopovers(
+    index: int,
+    clouds: Sequence[np.ndarray],
+    distractors: Sequence[np.ndarray],
+    goals: Sequence[np.ndarray],
+    bottom: float,
+    table: Table,
+    rng: np.random.Generator,
+) -> list[np.ndarray]:
+    """Return motions (4, 4) of an object to free places on the table, turned, from which it may be taken otherwise.
+
+    Args:
+        index: the object. clouds, distractors: (P, 3) each, now.
+        goals: (P, 3) each, the clouds of the objects that still wait, at their goals.
+        bottom: z of what the object stands on now.
+        table: the table top.
+        rng: draws the places that are tried.
+    """
+    cloud = clouds[index]
+    center = 0.5 * (cloud[:, :2].min(axis=0) + cloud[:, :2].max(axis=0))
+    others = _outlines([*(cloud for k, cloud in enumerate(clouds) if k != index), *distractors, *goals])
+    # Those in the middle of the table first, where the arm is the most dexterous.
+    places = _places(table, rng)
+    middle = (0.5 * (table.x_min + table.x_max), 0.5 * (table.y_min + table.y_max))
+    moves = places[np.argsort(np.linalg.norm(places - middle, axis=1))] - center
+    motions = []
+    to_origin = pose_from_xyz_yaw(*-center, -bottom, 0.0)
+    for turn in STOPOVER_TURNS:
+        turned = pose_from_xyz_yaw(*center, 0.0, turn) @ to_origin
+        (outline,) = _outlines([transform_points(turned, cloud)])
+        free = moves[_room(outline, moves, others) > ASIDE_CLEARANCES[1]][:STOPOVERS_PER_TURN]
+        motions += [pose_from_xyz_yaw(*move, 0.0, 0.0) @ turned for move in free]
+    return motions
+
+
+def _outlines(clouds: Iterable[np.ndarray]) -> list[BaseGeometry]:
+    """Return the outlines of clouds (P, 3), seen from above."""
+    return [MultiPoint(cloud[:, :2]).convex_hull for cloud in clouds]
+
+
+def _places(table: Table, rng: np.random.Generator) -> np.ndarray:
+    """Draw places (`PLACES_TRIED`, 2) away from the edges of a table."""
+    x_inset = min(INSET[0], (table.x_max - table.x_min) / 2)
+    y_inset = min(INSET[1], (table.y_max - table.y_min) / 2)
+    x = rng.uniform(table.x_min + x_inset, table.x_max - x_inset, PLACES_TRIED)
+    y = rng.uniform(table.y_min + y_inset, table.y_max - y_inset, PLACES_TRIED)
+    return np.stack((x, y), axis=1)
+
+
+def _room(outline: BaseGeometry, moves: np.ndarray, others: Sequence[BaseGeometry]) -> np.ndarray:
+    """Return the distance (M,) from the other outlines of an outline that is moved by each of `moves` (M, 2)."""
+    moved = [translate(outline, x, y) for x, y in moves]
+    return shapely.distance(np.array(moved)[:, None], np.array(others)[None]).min(axis=1, initial=np.inf)

@@ -10,8 +10,9 @@ import numpy as np
 from agent.arm.events import ArmEvent, PlanFailed, Planned
 from agent.arm.kinematics import Kinematics
 from agent.arm.motion_planner import PlanningScene
+from agent.arm.object_planner import ObjectPlan
 from agent.arm.placement_rules import PlacementRules
-from agent.arm.task_planner import ObjectPlan, Search
+from agent.arm.task_planner import Search
 from structdiffusion.observation import Arrangement, Scene
 
 # Configurations that are checked, not seconds, so that the same seed ends the same way however busy the machine is: a
@@ -47,15 +48,22 @@ def find_plan(
     clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
     bottoms = [cloud.bottom for cloud in scene.objects]
     distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
-    for rank, arrangement in enumerate(arrangements):
-        plans, blocked, reason = search.arrangement(
-            clouds, distractors, arrangement.goal_from_initial, planning_checks, bottoms
-        )
-        if not reason:
-            order, grasps = tuple(plan.object for plan in plans), tuple(plan.grasp.kind for plan in plans)
-            yield Planned(rank, order, grasps, time.monotonic() - began)
-            return rank, plans
-        yield PlanFailed(rank, blocked, "" if blocked is None else scene.objects[blocked].name, reason)
-        if search.scene.checks > planning_checks:
-            break
+    # Where no arrangement has a plan, all are tried again with objects set down on the way and touched lightly.
+    for last_resort in (False, True):
+        search.loosen(last_resort)
+        try:
+            for rank, arrangement in enumerate(arrangements):
+                plans, blocked, reason = search.arrangement(
+                    clouds, distractors, arrangement.goal_from_initial, planning_checks, bottoms, stop_over=last_resort
+                )
+                if not reason:
+                    order, grasps = tuple(plan.object for plan in plans), tuple(plan.grasp.kind for plan in plans)
+                    yield Planned(rank, order, grasps, time.monotonic() - began)
+                    return rank, plans
+                if not last_resort:  # the events name what stands in the way of each arrangement once
+                    yield PlanFailed(rank, blocked, "" if blocked is None else scene.objects[blocked].name, reason)
+                if search.scene.checks > planning_checks:
+                    return None
+        finally:
+            search.loosen(False)
     return None

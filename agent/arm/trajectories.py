@@ -13,6 +13,7 @@ import numpy as np
 from agent.arm.kinematics import Kinematics
 
 CARTESIAN_STEP = 0.01  # m between the states of a straight line
+LARGEST_JUMP = 0.35  # rad that a joint may turn between two of them
 
 
 def straight_line(
@@ -28,8 +29,8 @@ def straight_line(
             poses of equal rotation.
 
     Returns:
-        The path from `start` on, or `None` if a joint limit or a jump of more than 0.35 rad comes
-        between.
+        The path from `start` on, or `None` if a joint limit or a jump of more than `LARGEST_JUMP`
+        comes between.
     """
     path = [np.asarray(start, dtype=np.float64)]
     for before, after in zip(poses, poses[1:]):
@@ -38,10 +39,42 @@ def straight_line(
             pose = after.copy()
             pose[:3, 3] = before[:3, 3] + (after[:3, 3] - before[:3, 3]) * k / count
             q, solved = kinematics.inverse(pose[None], path[-1][None], iterations=25)
-            if not solved[0] or np.abs(q[0] - path[-1]).max() > 0.35:
+            if not solved[0] or np.abs(q[0] - path[-1]).max() > LARGEST_JUMP:
                 return None
             path.append(q[0])
     return np.array(path)
+
+
+def straight_lines(
+    kinematics: Kinematics, starts: np.ndarray, poses: np.ndarray, directions: np.ndarray, length: float
+) -> list[np.ndarray]:
+    """Return the joint path (T, n) of a straight line for each of B hands, as far as it can be followed.
+
+    The hands do not turn. All states are solved at once; after a limit or a jump, the rest is solved state by state.
+
+    Args:
+        kinematics: the kinematics of the arm.
+        starts: (B, n) the configurations at the start of the lines, and poses: (B, 4, 4) of the hand there.
+        directions: (B, 3) unit vectors.
+        length: metres; a state every `CARTESIAN_STEP`.
+    """
+    count = math.ceil(length / CARTESIAN_STEP)
+    targets = np.repeat(poses[:, None], count, axis=1)
+    distances = np.arange(1, count + 1) * length / count
+    targets[:, :, :3, 3] += distances[:, None] * directions[:, None]
+    q, solved = kinematics.inverse(targets.reshape(-1, 4, 4), np.repeat(starts, count, axis=0), iterations=25)
+    paths = np.concatenate((starts[:, None], q.reshape(len(starts), count, -1)), axis=1)
+    good = solved.reshape(len(starts), count) & (np.abs(np.diff(paths, axis=1)).max(axis=2) <= LARGEST_JUMP)
+    lines = []
+    for path, reached, target in zip(paths, good.cumprod(axis=1).sum(axis=1), targets, strict=True):
+        line = list(path[: 1 + reached])
+        for pose in target[reached:]:
+            again, found = kinematics.inverse(pose[None], line[-1][None], iterations=25)
+            if not found[0] or np.abs(again[0] - line[-1]).max() > LARGEST_JUMP:
+                break
+            line.append(again[0])
+        lines.append(np.array(line))
+    return lines
 
 
 def interpolate(path: np.ndarray, step: float) -> np.ndarray:

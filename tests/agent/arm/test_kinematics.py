@@ -144,5 +144,5 @@ def test_the_hand_closes_monotonically_near_the_tips():
     gaps = gripper.gaps()[:, np.argmin(np.abs(gripper.LEVELS - 0.02))]
     closing = gaps[np.isfinite(gaps)]
     assert (np.diff(closing) < 0).all() and closing[0] > 0.15
-    assert gripper.opening_for(np.full(len(gripper.LEVELS), 0.3)) is None
-    assert gripper.contact_angle(np.zeros(len(gripper.LEVELS))) is None
+    assert np.isnan(gripper.openings_for(np.full((1, len(gripper.LEVELS)), 0.3))).all()
+    assert np.isnan(gripper.contact_angles(np.zeros((1, len(gripper.LEVELS))))).all()

@@ -1,0 +1,277 @@
+"""Plan how one object is taken and released: a grasp, and a collision-free motion between all poses of the hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.arm.containers import WALLS, walls_of
+from agent.arm.grasps import Grasp
+from agent.arm.motion_planner import CLEARANCE, HELD_OVERLAP, PlanningScene
+from agent.arm.placement_order import LEAST_STEP, bottom_at
+from agent.arm.placement_rules import ObstacleKey, PlacementRules
+from agent.arm.reachability import APPROACH, TOUCHING, Pair, Pick, Reachability, Standing
+from agent.arm.trajectories import CARTESIAN_STEP, interpolate
+from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
+from structdiffusion.geometry import raised, transform_points
+
+SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
+PAIRS_TRIED = 24  # ways to release an object that are tried before it is given up
+# m above the goal where an object is released: from the 3 cm of the evaluation protocol, in which no arm takes part,
+# what lies on its round side rolls on. A hand that does not fit into a container lets go above it.
+RELEASES_INTO = (RELEASE_HEIGHT, 0.06, 0.10)
+RELEASE, RELEASE_ON_TABLE = 0.01, 0.005  # the table's height is known better than that of other objects
+# m, a last resort where nothing else was found: the fingers may touch the hulls of other objects, which are a little
+# too large, and the hull of what is held may overlap them further, because it fills hollows.
+LOOSE_CLEARANCE, LOOSE_OVERLAP = 0.0, 0.015
+OUT_OF_REACH = "no grasp is within reach both now and at the goal"
+
+
+@dataclass(frozen=True)
+class ObjectPlan:
+    """The plan to move one object. Paths are joint angles (T, n); poses are in the world frame.
+
+    Attributes:
+        object: index in `Scene.objects`.
+        grasp: the chosen grasp.
+        reach: folded to pre-grasp. approach: pre-grasp to grasp. lift: grasp to lifted.
+        transfer: lifted to above the goal. lower: above the goal to the release.
+        retreat: away from what was released. fold: back to the waiting pose.
+        goal_from_now: (4, 4) the planned motion of the object, without the release height.
+        spun: whether the object is round, so that its rotation at the goal is free.
+        aside: whether this only moves the object out of another's way.
+        release: m above the goal where it is released.
+    """
+
+    object: int
+    grasp: Grasp
+    reach: np.ndarray
+    approach: np.ndarray
+    lift: np.ndarray
+    transfer: np.ndarray
+    lower: np.ndarray
+    retreat: np.ndarray
+    fold: np.ndarray
+    goal_from_now: np.ndarray
+    spun: bool
+    aside: bool = False
+    release: float = RELEASE
+
+
+def _alike(a: Grasp, b: Grasp) -> bool:
+    """Return whether two grasps differ by less than 1 cm and 15 degrees, so that both are likely to fail."""
+    near = np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
+    turn = a.world_from_ee[:3, :3].T @ b.world_from_ee[:3, :3]
+    return bool(near and (np.trace(turn) - 1) / 2 > math.cos(math.radians(15)))
+
+
+class ObjectPlanner:
+    """A planner of single pick-and-place actions among perceived clouds, with its own planning scene.
+
+    Args:
+        scene: the planning scene.
+        rng: draws the restarts of the inverse kinematics.
+        rules: what else is known of the placements.
+    """
+
+    finder = Reachability
+
+    def __init__(
+        self, scene: PlanningScene, rng: np.random.Generator, rules: PlacementRules = PlacementRules()
+    ) -> None:
+        self.scene, self.kinematics, self.rules = scene, scene.kinematics, rules
+        self._reachability = self.finder(scene, rng)
+        self._known: dict[ObstacleKey, list[Standing]] = {}  # the places in which each object was planned for
+        self._layout: dict[ObstacleKey, tuple[Standing, bool]] = {}  # what stands where; whether it is open
+        # Of each pick among obstacles, loosely or not: its free lines back and up, or why there are none.
+        self._taken: dict[tuple[Pick, frozenset, bool], tuple[np.ndarray, np.ndarray] | str] = {}
+        self._loose = False
+
+    def object(
+        self,
+        index: int,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        bottoms: Sequence[float],
+        goal_from_now: np.ndarray,
+        limit: float = math.inf,
+        start: np.ndarray | None = None,
+        avoid: Sequence[Grasp] = (),
+    ) -> tuple[ObjectPlan | None, str]:
+        """Return a plan to move one object, or `None` and the reason.
+
+        Args:
+            clouds: every object's cloud (P, 3) now. bottoms: z of the surface that each stands on.
+            start: (n,) the arm's configuration, by default folded.
+            avoid: grasps that failed before; similar ones are left out.
+        """
+        self.set_out(clouds, distractors, bottoms, self.rules.into.get(index, frozenset()))
+        standing = self.standing_of(index, clouds[index], bottoms[index])
+        if all(any(_alike(grasp, other) for other in avoid) for grasp in standing.grasps):
+            return None, "no grasp fits the hand"
+        start = self.kinematics.folded if start is None else start
+        reason = OUT_OF_REACH
+        for release in self._releases(index, standing, goal_from_now):
+            tried = 0
+            for pair in self._reachability.pairs(standing, goal_from_now, release):
+                if self.scene.checks > limit:
+                    return None, "the search was given up: it took too long"
+                if tried == PAIRS_TRIED:
+                    break
+                if any(_alike(pair.pick.grasp, other) for other in avoid):
+                    continue
+                taken = self._take(index, standing, pair.pick)
+                if isinstance(taken, str):
+                    reason = taken
+                    continue
+                tried += 1
+                plan, reason = self._motions(index, standing, pair, taken, start, release)
+                if plan is not None:
+                    return plan, ""
+        return None, reason
+
+    def _releases(self, index: int, standing: Standing, goal_from_now: np.ndarray) -> tuple[float, ...]:
+        if index in self.rules.into:
+            return RELEASES_INTO
+        on_table = bottom_at(goal_from_now, standing.cloud, standing.bottom) < LEAST_STEP
+        return (RELEASE_ON_TABLE if on_table else RELEASE,)
+
+    def within_reach(self, index: int, standing: Standing, goal_from_now: np.ndarray) -> bool:
+        """Return whether the object can be brought to its goal if nothing is in the way."""
+        return any(
+            next(self._reachability.pairs(standing, goal_from_now, release), None) is not None
+            for release in self._releases(index, standing, goal_from_now)
+        )
+
+    def standing_of(self, key: ObstacleKey, cloud: np.ndarray, bottom: float) -> Standing:
+        """Return what is known of an object in this place."""
+        known = self._known.setdefault(key, [])
+        for standing in known:
+            if standing.bottom == bottom and np.array_equal(standing.cloud, cloud):
+                return standing
+        known.append(Standing(cloud, bottom))
+        return known[-1]
+
+    def loosen(self, loose: bool) -> None:
+        """Set whether other objects may be touched lightly from now on, as a last resort."""
+        self._loose = loose
+        self.scene.held_overlap = LOOSE_OVERLAP if loose else HELD_OVERLAP
+
+    def set_out(
+        self,
+        clouds: Sequence[np.ndarray],
+        distractors: Sequence[np.ndarray],
+        bottoms: Sequence[float],
+        open_ones: Collection[ObstacleKey] = (),
+    ) -> None:
+        """Add every object as an obstacle in its present place.
+
+        Args:
+            clouds, distractors: (P, 3) each, now. bottoms: z of the surface that each of the `clouds` stands on.
+            open_ones: which of them are containers that something goes into: only their walls are obstacles.
+        """
+        placed: list[tuple[ObstacleKey, np.ndarray, float]] = list(zip(range(len(clouds)), clouds, bottoms))
+        placed += [(("distractor", j), cloud, 0.0) for j, cloud in enumerate(distractors)]
+        for key, cloud, bottom in placed:
+            now = self.standing_of(key, cloud, bottom), key in open_ones
+            if self._layout.get(key) == now:
+                continue
+            self._layout[key] = now
+            walls = walls_of(cloud, bottom) if key in open_ones else []
+            for number in range(WALLS):
+                if number < len(walls):
+                    self.scene.set_obstacle((key, number), walls[number])
+                else:
+                    self.scene.remove_obstacle((key, number))
+            if walls:
+                self.scene.remove_obstacle(key)
+            else:
+                self.scene.set_obstacle(key, now[0].hull)
+
+    def _free(self, line: np.ndarray) -> np.ndarray | None:
+        """Return the start of a straight line (T, n) that is free: long, or else short; `None` if it is blocked."""
+        long, short = (1 + math.ceil(length / CARTESIAN_STEP) for length in (APPROACH, SHORT_APPROACH))
+        free = 1
+        clearance = LOOSE_CLEARANCE if self._loose else CLEARANCE
+        while free < len(line) and not self.scene.path_collides(line[free - 1 : free + 1], clearance, floor=TOUCHING):
+            free += 1
+        return line[:long] if free >= long else line[:short] if free >= short else None
+
+    def _take(self, index: int, standing: Standing, pick: Pick) -> tuple[np.ndarray, np.ndarray] | str:
+        """Return the free lines back from a pick and up from it with the object, or what is in the way.
+
+        The answer is kept for the next arrangement: until it moves something, everything stands where it stood.
+        """
+        others = frozenset(one for key, one in self._layout.items() if key != index)
+        case = pick, others, self._loose
+        if case not in self._taken:
+            scene, lines = self.scene, self._reachability.at_pick(standing, pick)
+            scene.set_fingers([pick.grasp.opening] * 3)
+            scene.remove_obstacle(index)
+            try:
+                back = self._free(lines.back)
+                if back is None:
+                    found = "the straight approach to the object is blocked or out of reach"
+                else:
+                    scene.hold(self._held(standing, pick))
+                    lift = self._free(lines.up)
+                    found = "lifting the object is blocked or out of reach" if lift is None else (back, lift)
+            finally:
+                scene.release()
+                scene.set_obstacle(index, standing.hull)
+            self._taken[case] = found
+        return self._taken[case]
+
+    @staticmethod
+    def _held(standing: Standing, pick: Pick) -> np.ndarray:
+        """Return the object's hull (V, 3) in the hand."""
+        return transform_points(np.linalg.inv(pick.grasp.world_from_ee), standing.hull)
+
+    def _motions(
+        self,
+        index: int,
+        standing: Standing,
+        pair: Pair,
+        taken: tuple[np.ndarray, np.ndarray],
+        start: np.ndarray,
+        release: float,
+    ) -> tuple[ObjectPlan | None, str]:
+        """Plan all motions for one way to take and release; without one, return `None` and the obstacle."""
+        scene, grasp, (back, lift) = self.scene, pair.pick.grasp, taken
+        place = self._reachability.lines(pair.q, raised(pair.goal_motion @ grasp.world_from_ee, release))
+        scene.set_fingers([grasp.opening] * 3)
+        scene.remove_obstacle(index)
+        try:
+            retreat = self._free(place.back)
+            if retreat is None:
+                return None, "the straight retreat from the goal is blocked or out of reach"
+            scene.hold(self._held(standing, pair.pick))
+            above = self._free(place.up)
+            if above is None:
+                return None, "lowering the object is blocked or out of reach"
+            transfer = scene.plan(lift[-1], above[-1])
+            if transfer is None:
+                return None, "no free motion from the pick to the goal was found"
+            scene.release()
+            scene.set_obstacle(index, transform_points(pair.goal_motion, standing.hull))
+            fold = scene.plan(retreat[-1], self.kinematics.unwind(self.kinematics.folded, retreat[-1]))
+            if fold is None:
+                return None, "no free motion back from the goal was found"
+            scene.set_obstacle(index, standing.hull)
+            reach = scene.plan(start, self.kinematics.unwind(back[-1], start))
+            if reach is None:
+                return None, "no free motion to the object was found"
+        finally:
+            scene.release()
+            scene.set_obstacle(index, standing.hull)
+        fold = interpolate(fold, 1.0)
+        return (
+            ObjectPlan(
+                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, fold, pair.goal_motion,
+                standing.spun, release=release,
+            ),
+            "",
+        )
