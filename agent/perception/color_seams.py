@@ -13,7 +13,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-_APART = 18.0  # of the medians in CIELAB at least: light and shade of one colour are as far apart
+_APART = 18.0  # of the medians of colours without shade at least
+_OF_LIGHT, _TYPICAL, _DARKEST = 0.35, 55.0, 20.0  # what lightness counts; usual lightness, and where hues end in noise
 _OWN_COLOR = 0.75  # of each half is nearer to its own median than to the other's
 _CONNECTED = 0.8  # of each half is one connected part
 _LEAST, _SHARE = 60, 0.12  # voxels, and of the piece, of each half
@@ -27,7 +28,7 @@ _BAND = 0.025  # m above and below the seam, in which outlines are compared
 _STEP = 0.005  # m by which they differ
 _NOTCH = 1.06  # times the halves' areas, seen from above, is the area of the hull of both
 _OVERLAP = 0.3  # of the smaller hull lies in the other at most
-_DOWN = 0.03  # m above the table, up to where what stands beside another reaches
+_DOWN = 0.4  # of its height above the table, up to where what stands beside another reaches
 
 
 def divided_by_color(positions: np.ndarray, lab: np.ndarray, eye: np.ndarray, reach: float) -> np.ndarray:
@@ -43,6 +44,7 @@ def divided_by_color(positions: np.ndarray, lab: np.ndarray, eye: np.ndarray, re
     if len(positions) < 2 * _LEAST:
         return nothing
     pairs = cKDTree(positions).query_pairs(reach, output_type="ndarray")
+    lab = _shadeless(lab)
     half = _halves(positions, lab)
     if half is None:
         return nothing
@@ -53,6 +55,12 @@ def divided_by_color(positions: np.ndarray, lab: np.ndarray, eye: np.ndarray, re
     if _is_stack(half, positions, eye) or _is_stack(~half, positions, eye) or _are_beside(half, positions):
         return half
     return nothing
+
+
+def _shadeless(lab: np.ndarray) -> np.ndarray:
+    """Return colours (V, 3) in which light and shade of one colour are near each other: shade lowers all three alike."""
+    light = lab[:, :1]
+    return np.hstack((_OF_LIGHT * light, _TYPICAL * lab[:, 1:] / np.maximum(light, _DARKEST)))
 
 
 def _halves(positions: np.ndarray, lab: np.ndarray) -> np.ndarray | None:
@@ -124,7 +132,7 @@ def _is_stack(upper: np.ndarray, positions: np.ndarray, eye: np.ndarray) -> bool
 def _are_beside(half: np.ndarray, positions: np.ndarray) -> bool:
     """Return whether the halves stand beside each other, with a notch between them, seen from above."""
     parts = positions[half], positions[~half]
-    if max(float(np.percentile(part[:, 2], 3)) for part in parts) > _DOWN:
+    if any(np.percentile(part[:, 2], 3) > _DOWN * np.percentile(part[:, 2], 97) for part in parts):
         return False
     hulls = [shapely.multipoints(part[:, :2]).convex_hull for part in parts]
     shared = hulls[0].intersection(hulls[1]).area

@@ -58,3 +58,18 @@ def test_a_print_on_a_box_is_no_object():
     print_ = (np.abs(plain[:, 1]) < 0.03) & (np.abs(plain[:, 2] - 0.05) < 0.03)
     second, _ = divided((plain[~print_], RED), (plain[print_], BLUE))
     assert not second.any()
+
+
+def test_the_lit_top_of_a_small_block_is_a_part_of_it():
+    whole = box(0.0, 0.0, 0.0, 0.035, 0.035, 0.035)
+    lit = whole[:, 2] > 0.034
+    second, _ = divided((whole[~lit], (33.0, 30.0, 18.0)), (whole[lit], (60.0, 55.0, 33.0)))
+    assert not second.any()
+
+
+def test_light_and_shade_of_a_stepped_thing_are_one_colour():
+    second, _ = divided(
+        (box(0.0, 0.0, 0.0, 0.08, 0.1, 0.06), (33.0, 30.0, 18.0)),
+        (box(0.0, 0.0, 0.06, 0.08, 0.07, 0.05), (60.0, 55.0, 33.0)),
+    )
+    assert not second.any()
