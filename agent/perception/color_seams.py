@@ -135,8 +135,19 @@ def _are_beside(half: np.ndarray, positions: np.ndarray) -> bool:
     if any(np.percentile(part[:, 2], 3) > _DOWN * np.percentile(part[:, 2], 97) for part in parts):
         return False
     hulls = [shapely.multipoints(part[:, :2]).convex_hull for part in parts]
+    if any(_width(hull) < _WIDE and part[:, 2].max() > _WIDE for hull, part in zip(hulls, parts, strict=True)):
+        return False  # a handle; cutlery is as narrow, and lower
     shared = hulls[0].intersection(hulls[1]).area
     if shared > _OVERLAP * min(hull.area for hull in hulls):
         return False
     both = shapely.union(*hulls)
     return bool(both.convex_hull.area > _NOTCH * both.area)
+
+
+def _width(hull: shapely.Geometry) -> float:
+    """Return the smaller side, metres, of the box around an outline."""
+    around = hull.minimum_rotated_rectangle
+    if around.geom_type != "Polygon":
+        return 0.0
+    corners = np.array(around.exterior.coords)
+    return float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())

@@ -73,3 +73,8 @@ def test_light_and_shade_of_a_stepped_thing_are_one_colour():
         (box(0.0, 0.0, 0.06, 0.08, 0.07, 0.05), (60.0, 55.0, 33.0)),
     )
     assert not second.any()
+
+
+def test_a_handle_in_another_colour_is_a_part_of_its_mug():
+    second, _ = divided((box(0.0, 0.0, 0.0, 0.08, 0.08, 0.09), RED), (box(0.03, 0.055, 0.01, 0.01, 0.03, 0.06), BLUE))
+    assert not second.any()
