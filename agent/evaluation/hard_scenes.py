@@ -17,7 +17,6 @@ from agent.scenes.table_scene import TableScene
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between
-from structdiffusion.objects.model import ObjectModel
 from structdiffusion.simulation.depth_camera import DepthCamera, camera_at
 from structdiffusion.simulation.scenery import backdrop
 from structdiffusion.simulation.visible_points import MIN_POINTS

@@ -133,7 +133,8 @@ def measure_recordings(
 
     def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
         if hard:
-            return force.do(partial(_compare_hard_runs, run), ResourceCache, (), [_HardJob(*at, seed) for at in missing])
+            hard_jobs = [_HardJob(*place, seed) for place in missing]
+            return force.do(partial(_compare_hard_runs, run), ResourceCache, (), hard_jobs)
         jobs = [_draw_job(library, objects, place, seed) for place in missing]
         return force.do(partial(_compare_runs, run), ResourceCache, (), jobs)
 

@@ -1,7 +1,7 @@
 """Find flat things by their colour: patches that differ from the table around them and end in a step above it.
 
-The errors of a camera are as high as a book of 5 mm, but they are smooth, and a shadow or a stain is no step. How high a
-step noise alone makes is measured on the bare table around, with the same outline at other places.
+The errors of a camera are as high as a book of 5 mm, but they are smooth, and a shadow or a stain is no step. How high
+a step noise alone makes is measured on the bare table around, with the same outline at other places.
 """
 
 from __future__ import annotations

@@ -153,8 +153,9 @@ def recordings(
     ] = True,
     difficulty: Annotated[
         Difficulty,
-        typer.Option(help="Objects apart before one camera, or stacks, touching and hidden objects, four sides and three "
-        "sensors."),
+        typer.Option(
+            help="Objects apart before one camera, or stacks, touching and hidden objects, four sides, three sensors."
+        ),
     ] = Difficulty.plain,
     workers: PoolOption = None,
     out: RowsOption = None,

@@ -1,4 +1,4 @@
-"""Hard scenes: objects are stacked, touch or hide each other as their condition says, and the bag holds what was seen."""
+"""Hard scenes: objects are stacked, touch or hide each other as their condition says, and the bag has what was seen."""
 
 import math
 from dataclasses import replace
