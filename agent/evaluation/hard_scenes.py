@@ -16,7 +16,7 @@ from agent.evaluation.segmentation.sensors import SENSORS, DepthSensor, facing, 
 from agent.scenes.table_scene import TableScene
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError
 from structdiffusion.footprints import clear_gap, turned
-from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between
+from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.simulation.depth_camera import DepthCamera, camera_at
 from structdiffusion.simulation.scenery import backdrop
 from structdiffusion.simulation.visible_points import MIN_POINTS
@@ -238,7 +238,7 @@ def _settled(drawn: DrawnScene, poses: np.ndarray) -> np.ndarray:
     """Return the poses (M, 4, 4) in which the objects come to rest.
 
     Raises:
-        SceneError: if one of them falls over, or is inside another.
+        SceneError: if one of them falls over, is inside another, or reaches beyond the table.
     """
     with TabletopWorld(drawn.models, list(poses), drawn.table) as world:
         world.settle(_SETTLED)
@@ -247,6 +247,9 @@ def _settled(drawn: DrawnScene, poses: np.ndarray) -> np.ndarray:
     fell = any(tilt_between(now, before) > _FALLEN_OVER for now, before in zip(rest, poses, strict=True))
     if fell or sunk < -_SUNK or np.abs(rest[:, :3, 3] - poses[:, :3, 3]).max() > 10 * _JOINT:
         raise SceneError("an object does not stay where it is put")
+    for model, pose in zip(drawn.models, rest, strict=True):
+        if drawn.table.overhang(transform_points(pose, np.concatenate(model.hulls))[:, :2]) > 0.0:
+            raise SceneError("an object reaches beyond the table")
     return rest
 
 
