@@ -26,7 +26,7 @@ _WIDER = 0.012  # m that a plate reaches farther to one side than what stands on
 _WIDE = 0.03  # m that it is wide, less is a cap
 _BAND = 0.025  # m above and below the seam, in which outlines are compared
 _STEP = 0.005  # m by which they differ
-_NOTCH = 1.06  # times the halves' areas, seen from above, is the area of the hull of both
+_NOTCH = 0.012  # m by which the border lies behind the line between the halves' middles
 _OVERLAP = 0.3  # of the smaller hull lies in the other at most
 _DOWN = 0.4  # of its height above the table, up to where what stands beside another reaches
 
@@ -52,7 +52,7 @@ def divided_by_color(positions: np.ndarray, lab: np.ndarray, eye: np.ndarray, re
     sizes = sorted((int(half.sum()), int((~half).sum())))
     if sizes[0] < max(_LEAST, _SHARE * len(half)) or not _differ(half, lab):
         return nothing
-    if _is_stack(half, positions, eye) or _is_stack(~half, positions, eye) or _are_beside(half, positions):
+    if _is_stack(half, positions, eye) or _is_stack(~half, positions, eye) or _are_beside(half, positions, eye, reach):
         return half
     return nothing
 
@@ -130,7 +130,7 @@ def _is_stack(upper: np.ndarray, positions: np.ndarray, eye: np.ndarray) -> bool
     return bool(max(np.abs(across[0] - across[1]).max(), abs(front[0] - front[1])) > _STEP)
 
 
-def _are_beside(half: np.ndarray, positions: np.ndarray) -> bool:
+def _are_beside(half: np.ndarray, positions: np.ndarray, eye: np.ndarray, reach: float) -> bool:
     """Return whether the halves stand beside each other, with a notch between them, seen from above."""
     parts = positions[half], positions[~half]
     if any(np.percentile(part[:, 2], 3) > _DOWN * np.percentile(part[:, 2], 97) for part in parts):
@@ -141,8 +141,18 @@ def _are_beside(half: np.ndarray, positions: np.ndarray) -> bool:
     shared = hulls[0].intersection(hulls[1]).area
     if shared > _OVERLAP * min(hull.area for hull in hulls):
         return False
-    both = shapely.union(*hulls)
-    return bool(both.convex_hull.area > _NOTCH * both.area)
+    # The front of one thing bulges toward the camera where two of its colours meet; between two things it draws back.
+    middles = [part[:, :2].mean(axis=0) for part in parts]
+    trees = [cKDTree(part) for part in parts]
+    border = np.vstack([
+        parts[k][np.isfinite(trees[1 - k].query(parts[k], distance_upper_bound=reach)[0]), :2] for k in (0, 1)
+    ])  # fmt: skip
+    if not len(border):
+        return True
+    along = middles[1] - middles[0]
+    back = np.array([-along[1], along[0]]) / max(float(np.linalg.norm(along)), 1e-9)
+    back *= np.sign(back @ (middles[0] + middles[1] - 2 * eye[:2]))
+    return bool(np.median((border - middles[0]) @ back) > _NOTCH)
 
 
 def _width(hull: shapely.Geometry) -> float:

@@ -43,14 +43,23 @@ def test_a_lid_is_a_part_of_its_jar():
     assert not second.any()
 
 
-@pytest.mark.parametrize("behind,other", [(0.05, True), (0.0, False)])
-def test_boxes_side_by_side_are_two_where_one_stands_back(behind, other):
-    second, first = divided(
-        (box(0.0, 0.0, 0.0, 0.08, 0.08, 0.06), RED), (box(behind, 0.08, 0.0, 0.08, 0.08, 0.06), BLUE)
-    )
-    assert second.any() == other
-    if other:
-        assert (~second[:first]).mean() > 0.95 and second[first:].mean() > 0.95
+def can(y, radius, colors=1):
+    """Voxels of the front of a can whose axis is at (0, y), those of each half apart."""
+    angle, z = np.meshgrid(np.arange(0.5 * np.pi, 1.5 * np.pi, STEP / radius), np.arange(0.0, 0.09, STEP))
+    front = np.column_stack((radius * np.cos(angle.ravel()), y + radius * np.sin(angle.ravel()), z.ravel()))
+    return front if colors == 1 else (front[angle.ravel() < np.pi], front[angle.ravel() >= np.pi])
+
+
+def test_cans_side_by_side_are_two_and_a_can_in_two_colours_is_one():
+    second, first = divided((can(0.035, 0.034), RED), (can(-0.035, 0.034), BLUE))
+    assert (~second[:first]).mean() > 0.95 and second[first:].mean() > 0.95
+    left, right = can(0.0, 0.05, colors=2)
+    assert not divided((left, RED), (right, BLUE))[0].any()
+
+
+def test_boxes_that_are_flush_are_not_told_from_one_with_a_print():
+    second, _ = divided((box(0.0, 0.0, 0.0, 0.08, 0.08, 0.06), RED), (box(0.0, 0.08, 0.0, 0.08, 0.08, 0.06), BLUE))
+    assert not second.any()
 
 
 def test_a_print_on_a_box_is_no_object():
