@@ -13,9 +13,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-_APART = 18.0  # of the medians of colours without shade at least
+_APART = 24.0  # of the medians of colours without shade at least
 _OF_LIGHT, _TYPICAL, _DARKEST = 0.35, 55.0, 20.0  # what lightness counts; usual lightness, and where hues end in noise
-_OWN_COLOR = 0.75  # of each half is nearer to its own median than to the other's
+_OWN_COLOR = 0.85  # of each half is nearer to its own median than to the other's
 _CONNECTED = 0.8  # of each half is one connected part
 _LEAST, _SHARE = 60, 0.12  # voxels, and of the piece, of each half
 _ROUNDS = 8
