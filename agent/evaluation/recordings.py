@@ -5,6 +5,9 @@ Each scene is simulated, recorded into a bag, and perceived from there: the mask
 of the simulation. Then the same instruction is carried out twice: in simulation, on the true objects, and on the
 recording, with its digital twin. Everything on the table takes part, so that no object names are needed; only the
 objects of a table setting are named for the recording, as a user would with `--call`.
+
+Plain scenes have objects that stand apart, recorded by the simulation's own camera. Hard scenes (`hard_scenes`) have
+stacks, touching and hidden objects, seen from four sides by three sensors.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ import agent.scenes
 import grounding
 from agent import events
 from agent.errors import exit_code_of, one_sentence
+from agent.evaluation.hard_scenes import HardScene, View, condition_of, hard_scene
 from agent.evaluation.report import (
     REPORT,
     command_line,
@@ -48,8 +52,9 @@ from agent.runtime.worker_pool import Workforce
 from agent.scenes.digital_twin import RecordedSource
 from agent.scenes.files import write_scene
 from agent.scenes.object_placement import drawn_objects, saved_objects
-from agent.scenes.record_bag import record_session
+from agent.scenes.record_bag import CAMERA_RATE, record_session, write_session
 from agent.scenes.sources import FileSource
+from agent.scenes.table_scene import TableScene
 from grounding.corpus.grammar import sentences
 from grounding.references.selection import mentioned
 from grounding.spec import SHAPES
@@ -62,15 +67,33 @@ from structdiffusion.worker_process import WORKER_DIED
 
 _MATCHED = 0.5  # intersection over union above which a found mask counts as that object's
 _DRAWS = 200
+_CONDITIONS = ("kind", "side", "sensor")  # keys of a row about a hard scene
 _PACKAGES = (agent.arm, agent.recordings, agent.perception, agent.scenes, grounding)  # whose code decides the rows
 
 
 @dataclass(frozen=True)
 class _Job:
+    """A scene to measure; `hard` has other places for its objects than `drawn`, and the view to record."""
+
     structure: str
     number: int
     seed: int
     drawn: DrawnScene
+    hard: HardScene | None = None
+
+    @property
+    def poses(self) -> list[np.ndarray]:
+        """Return the pose (4, 4) of each object."""
+        return list(self.drawn.world_from_initial if self.hard is None else self.hard.world_from_initial)
+
+
+@dataclass(frozen=True)
+class _HardJob:
+    """A hard scene to draw and measure; drawing it takes as long as looking at it."""
+
+    structure: str
+    number: int
+    seed: int
 
 
 def measure_recordings(
@@ -81,6 +104,7 @@ def measure_recordings(
     seed: int,
     execute: bool,
     *,
+    hard: bool = False,
     workers: int | None = None,
     out: Path | None = None,
     allow_unverified: bool = False,
@@ -94,6 +118,7 @@ def measure_recordings(
         count: scenes per structure.
         seed: of scenes, sensor noise, sampling and planning.
         execute: build with the arm, or only check each goal without it.
+        hard: hard scenes instead of plain ones.
         workers: processes; `None` for one per core, 0 for this process alone.
         out, allow_unverified: as for `measure_arm`.
 
@@ -102,11 +127,14 @@ def measure_recordings(
     # An unknown name or a broken checkpoint is reported before any scene is drawn.
     checked_planner(model, weights, allow_unverified)
     library = load_objects(objects)
-    options = {"objects": objects, "model": model, "seed": seed, "execute": execute}
+    options = {"objects": objects, "model": model, "seed": seed, "execute": execute, "hard": hard}
     config = {"evaluation": "recordings"} | fingerprint(options, library, [model], weights, _PACKAGES)
     run = RunOptions(objects=objects, model=model, weights=weights, execute=execute, allow_unverified=allow_unverified)
 
     def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
+        if hard:
+            hard_jobs = [_HardJob(*place, seed) for place in missing]
+            return force.do(partial(_compare_hard_runs, run), ResourceCache, (), hard_jobs)
         jobs = [_draw_job(library, objects, place, seed) for place in missing]
         return force.do(partial(_compare_runs, run), ResourceCache, (), jobs)
 
@@ -115,9 +143,15 @@ def measure_recordings(
     )
     command = command_line(
         "recordings", objects=objects, scenes=count, seed=seed, model=model, weights=weights, no_execute=not execute,
-        allow_unverified=allow_unverified,
+        allow_unverified=allow_unverified, difficulty="hard" if hard else None,
     )  # fmt: skip
-    return report_by_structure(report_frame(command, len(rows), seed, _PACKAGES), rows, _rates)
+    report = report_by_structure(report_frame(command, len(rows), seed, _PACKAGES), rows, _rates)
+    if hard:
+        report["by_condition"] = {
+            f"{key}: {value}": _rates([row for row in rows if row.get(key) == value])
+            for key in _CONDITIONS for value in dict.fromkeys(row[key] for row in rows if key in row)
+        }  # fmt: skip
+    return report
 
 
 def print_recordings(report: dict[str, Any], results: TextIO) -> None:
@@ -125,7 +159,7 @@ def print_recordings(report: dict[str, Any], results: TextIO) -> None:
     lost = report["aggregate"]["all"]["lost"]
     head = ["structure", "n", "exact", "mask IoU", "simulated", "recorded", "same", "95 %", "seconds to objects"]
     table = [head + ([WORKER_DIED] if lost else [])]
-    for structure, rates in report["aggregate"].items():
+    for structure, rates in (report["aggregate"] | report.get("by_condition", {})).items():
         counts = [str(rates[key]["count"]) for key in ("simulated", "recorded", "same")]
         cells = [structure, str(rates["n"]), str(rates["exact"]["count"]), number(rates["iou"], 3), *counts]
         cells += [interval(rates["same"]), number(rates["seconds"], 2)]
@@ -144,6 +178,27 @@ def _draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: 
         except SceneError:
             continue
     raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
+
+
+def _compare_hard_runs(options: RunOptions, cache: ResourceCache, job: _HardJob) -> Row:
+    """Draw a hard scene, and do as `_compare_runs`; the row also has what makes the scene hard.
+
+    Raises:
+        SceneError: if the library has no objects for such a scene.
+    """
+    library, shape = load_objects(options.objects), SHAPES.index(job.structure)
+    condition = condition_of(shape, job.number)
+    for draw in range(_DRAWS):
+        # Another stream than that of plain scenes.
+        rng = np.random.default_rng((job.seed, shape, job.number, draw, 1))
+        try:
+            drawn = draw_scene(library, full_spec(job.structure, rng), rng, distractors=0)
+            hard = hard_scene(drawn, condition, rng)
+        except SceneError:
+            continue
+        row = _compare_runs(options, cache, _Job(job.structure, job.number, job.seed, drawn, hard))
+        return row | dict(zip(_CONDITIONS, (condition.kind, condition.side, condition.sensor.name), strict=True))
+    raise SceneError(f"no {condition.kind} {job.structure} could be drawn from {options.objects} in {_DRAWS} attempts")
 
 
 def _compare_runs(options: RunOptions, cache: ResourceCache, job: _Job) -> Row:
@@ -198,14 +253,23 @@ class _Recording:
 def _record(job: _Job, objects: str, seed: int, folder: Path) -> _Recording:
     """Write the scene of a job as a scene file, and record it into a bag."""
     drawn, scene, bag = job.drawn, folder / "scene.yaml", folder / "recording.bag"
-    poses = list(drawn.world_from_initial)
+    poses = job.poses
     write_scene(saved_objects(drawn_objects(drawn.models, poses, objects), poses, folder), scene)
     with FileSource(scene).set_out(seed) as table:
-        record_session(table, bag, np.random.default_rng(seed))
-        truth = table.world.look().segmentation
-        masks = {name: truth == body for name, body in zip(table.names, table.world.bodies, strict=True)}
+        if job.hard is None:
+            record_session(table, bag, np.random.default_rng(seed))
+            truth = table.world.look().segmentation
+            masks = {name: truth == body for name, body in zip(table.names, table.world.bodies, strict=True)}
+        else:
+            masks = dict(zip(table.names, _recorded_view(table, job.hard.view, bag), strict=True))
         nouns = dict(zip(table.names, (each.category for each in table.models), strict=True))
     return _Recording(scene, bag, {name: mask for name, mask in masks.items() if mask.sum() >= MIN_POINTS}, nouns)
+
+
+def _recorded_view(table: TableScene, view: View, bag: Path) -> np.ndarray:
+    """Record one measurement into a bag, not several to average over; return the masks (M, H, W) of the objects."""
+    write_session(table, view.camera, view.color, lambda: view.depth, bag, seconds=1.0 / CAMERA_RATE)
+    return view.masks
 
 
 def _compare_masks(recording: _Recording, source: RecordedSource) -> tuple[Row, dict[str, str]]:

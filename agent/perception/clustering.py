@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 VOXEL = 0.004  # m
 _STEEP = 5.7  # depth by width: a surface seen at ten degrees, at which no camera measures it well
 _STEP = 0.004  # m of depth at 1 m: the noise and the steps of a Kinect, which grow with the square of the distance
+_LARGE_STEP = 0.03  # m: more is no noise of any camera up to 2 m
 _REACH = 2.5  # voxels within which two of them are neighbours; less than the finger's width between objects
 _WIDEST_REACH = 0.018  # m
 _STRAY = 3.0  # standard deviations of the distance to the neighbours, beyond which a voxel is a flying pixel
@@ -69,12 +70,20 @@ def bridging(points: np.ndarray) -> np.ndarray:
     Args:
         points: (H, W, 3) camera frame, metres, NaN where nothing was measured.
     """
+    distance = np.linalg.norm(points, axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        sight = points / distance[..., None]
     steep = np.zeros(points.shape[:2], dtype=bool)
     for axis in (0, 1):
         ahead, behind = np.roll(points, -1, axis), np.roll(points, 1, axis)
         across = np.linalg.norm((ahead - behind)[..., :2], axis=-1)
         with np.errstate(invalid="ignore"):
             steep |= np.abs(ahead[..., 2] - behind[..., 2]) > _STEEP * across + _STEP * points[..., 2] ** 2
+        # Beside the camera's axis, a slope between two surfaces leans away from it, and would never seem steep: a large
+        # step is measured along the line of sight.
+        across = np.linalg.norm(np.roll(sight, -1, axis) - np.roll(sight, 1, axis), axis=-1) * distance
+        with np.errstate(invalid="ignore"):
+            steep |= np.abs(np.roll(distance, -1, axis) - np.roll(distance, 1, axis)) > _STEEP * across + _LARGE_STEP
     return steep
 
 

@@ -14,8 +14,11 @@ import shapely
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from agent.perception.table_parts import CELL, parts_joined, seen_through
+
 _BAND = 0.025  # m about the plane: the table's points, and those that may be flat things on it
-_CELL = 0.02  # m, of the grid in which the table's surface is described
+_CELL = CELL
+_LEAST_APART = 0.03  # m2 of a level surface beside the table that is worth telling
 _DEGREE = 3  # of that surface: waves of decimetres, and nothing as small as a plate
 _OF_A_PLANE = [0, 1, _DEGREE + 1]  # of the polynomial's terms: 1, y and x
 _ROUNDS = 4
@@ -40,6 +43,7 @@ class Relief:
         sigma: (P,) the standard deviation of `smooth` on the bare table.
         waves: (P,) the same after averaging over a few centimetres, which removes the errors of single pixels.
         outline: the convex outline of the visible table, level frame.
+        apart: (K, 3) x, y, metres, level frame, and area, m2, of surfaces at the table's height that are apart from it.
     """
 
     heights: np.ndarray
@@ -47,6 +51,7 @@ class Relief:
     sigma: np.ndarray
     waves: np.ndarray
     outline: shapely.Polygon
+    apart: np.ndarray
 
 
 def table_relief(
@@ -61,7 +66,7 @@ def table_relief(
         pixels: (P,) the place of each in the flattened picture.
         shape: of the picture; an unorganised cloud has one row.
     """
-    outline = _outline(level, eye)
+    outline, apart = _outline(level, eye)
     shapely.prepare(outline)
     surface = _surface(level, outline)
     heights = level[:, 2] - surface
@@ -78,11 +83,11 @@ def table_relief(
     on_table = near & shapely.contains_xy(outline, level[:, 0], level[:, 1])
     sigma = _sigma(smooth[on_table], distances[on_table], distances)
     waves = _sigma(wide[on_table[near]], distances[on_table], distances)
-    return Relief(heights, smooth, sigma, waves, outline)
+    return Relief(heights, smooth, sigma, waves, outline, apart)
 
 
-def _outline(level: np.ndarray, eye: np.ndarray) -> shapely.Polygon:
-    """Return the convex outline of the parts of the table that were seen."""
+def _outline(level: np.ndarray, eye: np.ndarray) -> tuple[shapely.Polygon, np.ndarray]:
+    """Return the convex outline of the parts of the table that were seen, and what else is as high (K, 3)."""
     near = np.abs(level[:, 2]) < _BAND
     flat = level[near, :2]
     low = flat.min(axis=0)
@@ -107,10 +112,20 @@ def _outline(level: np.ndarray, eye: np.ndarray) -> shapely.Polygon:
         inside = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
         covered[row[inside], column[inside]] = True
     parts, _ = ndimage.label(covered, np.ones((3, 3)))
+    parts = parts_joined(parts, cells, seen_through(level, eye, low, cells.shape))
     part = np.where(cells, parts, 0)[place[:, 0], place[:, 1]]
     chosen = _hull(flat[part == np.bincount(part[part > 0]).argmax()])
     inside = np.bincount(part, shapely.contains_xy(chosen, flat[:, 0], flat[:, 1])) / np.maximum(np.bincount(part), 1)
-    return _hull(flat[(part > 0) & ((inside[part] > _INSIDE) | (part == np.bincount(part[part > 0]).argmax()))])
+    own = (part > 0) & ((inside[part] > _INSIDE) | (part == np.bincount(part[part > 0]).argmax()))
+    return _hull(flat[own]), _apart(np.where(cells, parts, 0), np.unique(part[own]), low)
+
+
+def _apart(parts: np.ndarray, own: np.ndarray, low: np.ndarray) -> np.ndarray:
+    """Return x, y and the area (K, 3) of the larger parts (A, B) that are not the table's own."""
+    sizes = np.bincount(parts.ravel())
+    others = [k for k in range(1, len(sizes)) if k not in own and sizes[k] * _CELL**2 > _LEAST_APART]
+    places = [low + (np.argwhere(parts == k).mean(axis=0) + 0.5) * _CELL for k in others]
+    return np.array([(*at, sizes[k] * _CELL**2) for k, at in zip(others, places, strict=True)]).reshape(-1, 3)
 
 
 def _hidden(above: np.ndarray, eye: np.ndarray) -> list[np.ndarray]:

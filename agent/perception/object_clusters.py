@@ -142,7 +142,7 @@ def grouped(part: np.ndarray, places: np.ndarray, lab: np.ndarray | None, eye: n
     part = flat_things_joined(part, places, reach)
     part = split(part, places, facing, lab, eye, reach)
     part = joined(part, places, facing, lab)
-    return rejoined(part, places, lab, eye)
+    return rejoined(part, places, facing, lab, eye)
 
 
 def _median_of_part(part: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
@@ -10,6 +12,7 @@ from agent.errors import BadInput
 from agent.perception.clustering import at_border, bridging
 from agent.perception.color import contrast, lab
 from agent.perception.description import oriented_box, shape_words
+from agent.perception.flat_things import with_flat_things
 from agent.perception.height_map import table_relief
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
 from agent.perception.seen_colors import color_names, light_of
@@ -54,7 +57,13 @@ def segment(recording: Recording) -> Segments:
         colors = lab(frame.color.reshape(-1, 3)[pixels])
         tint = Tint(colors, contrast(colors, flat, pixels, shape))
     level[:, 2] = relief.heights
-    found = find_objects(level, plane.level_from_camera[:3, 3], relief, steep, border, tint)
+    eye = plane.level_from_camera[:3, 3]
+    found = find_objects(level, eye, relief, steep, border, tint)
+    if tint is not None and frame.organised:
+        named = with_flat_things(
+            found.labels, level, relief.heights, tint.contrast, pixels, shape, eye, relief.outline
+        )  # fmt: skip
+        found = replace(found, labels=named, count=int(named.max(initial=-1)) + 1)
     flat &= found.labels < 0
     flat[flat] = shapely.contains_xy(relief.outline, level[flat, 0], level[flat, 1])
     labels[pixels[flat]] = TABLE
@@ -82,7 +91,12 @@ def segment(recording: Recording) -> Segments:
         frames.world_from_camera,
         frames.world_from_base,
         labels.reshape(shape),
-        (*frames.notes, *notes, *_left_out(found.left_out, world_from_level)),
+        (
+            *frames.notes,
+            *notes,
+            *_apart(relief.apart, world_from_level),
+            *_left_out(found.left_out, world_from_level),
+        ),
     )
 
 
@@ -102,6 +116,18 @@ def _measured_points(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.n
             f"{int(np.isfinite(distance).sum())} were measured, and none within {FARTHEST} m of the camera"
         )
     return pixels, every[pixels].astype(np.float64), distance[pixels].astype(np.float64)
+
+
+def _apart(surfaces: np.ndarray, world_from_level: np.ndarray) -> list[str]:
+    """Return a note for each surface (K, 3) that is as high as the table and no part of it."""
+    notes = []
+    for x, y, area in surfaces:
+        x, y, _ = transform_points(world_from_level, np.array([x, y, 0.0]))
+        notes.append(
+            f"no object was looked for on a surface of {1e4 * area:.0f} cm2 about x {x:.2f}, y {y:.2f}: it is as high "
+            "as the table, but apart from it"
+        )
+    return notes
 
 
 def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:

@@ -12,6 +12,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.color import differ
+from agent.perception.color_seams import divided_by_color
 from agent.perception.convexity import convex_pieces
 from agent.perception.seams import seams_closed
 from agent.perception.vessels import hollowness, vessels_closed
@@ -62,6 +63,7 @@ def split(
     for index in np.unique(part[part >= 0]):
         own = np.flatnonzero(part == index)
         if len(own) < 2 * LEAST or np.percentile(positions[own, 2], 90) < _LEAST_HEIGHT:
+            part = _colors_apart(part, index, positions, lab, eye, reach)
             continue
         shades = None if lab is None else lab[own]
         pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach, shades)
@@ -75,6 +77,22 @@ def split(
             lobes = _by_necks(positions[members])
             if lobes.max() > 0 and _two_things(lobes == 1, positions[members], normals[members], eye):
                 part[members[lobes == 1]] = part.max() + 1
+        for piece in np.unique(part[own]):
+            part = _colors_apart(part, piece, positions, lab, eye, reach)
+    return part
+
+
+def _colors_apart(
+    part: np.ndarray, index: int, positions: np.ndarray, lab: np.ndarray | None, eye: np.ndarray, reach: float
+) -> np.ndarray:
+    """Divide a part, and what it falls into, where colour and shape show several objects."""
+    part, waiting = part.copy(), [] if lab is None else [index]
+    while waiting:
+        members = np.flatnonzero(part == waiting.pop())
+        second = divided_by_color(positions[members], lab[members], eye, reach)
+        if second.any():
+            waiting += [int(part[members[0]]), int(part.max()) + 1]
+            part[members[second]] = waiting[-1]
     return part
 
 

@@ -19,6 +19,7 @@ moves while it is recorded.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,6 +73,30 @@ def record_session(
         BadInput: if nothing can be written.
     """
     camera, seen = table.world.camera, table.world.look()
+    write_session(table, camera, seen.color, lambda: measured_depth(seen.depth, noise), out, seconds, rate, force)
+
+
+def write_session(
+    table: TableScene,
+    camera: DepthCamera,
+    color: np.ndarray,
+    measure: Callable[[], np.ndarray],
+    out: Path,
+    seconds: float = 1.0,
+    rate: float = CAMERA_RATE,
+    force: bool = False,
+) -> None:
+    """Write a bag of what a camera measures, anywhere about a table in its present state.
+
+    Args:
+        table: the table, with the arm beside it.
+        camera: its pose and lens.
+        color: (H, W, 3) uint8, its picture.
+        measure: returns a depth picture (H, W), metres, NaN for nothing; called for each picture.
+        out, seconds, rate, force: as for `record_session`.
+
+    Raises: as `record_session`.
+    """
     lens, size = ros_intrinsics(camera), (camera.height, camera.width)
     driver = _Driver(table)
     with BagWriter(out, force) as writer:
@@ -84,10 +109,9 @@ def record_session(
             if not picture:
                 driver.say(writer, when)
                 continue
-            depth = measured_depth(seen.depth, noise)
             for name, image in (
-                ("color", color_message(writer, seen.color, when, _OPTICAL)),
-                ("aligned_depth_to_color", depth_message(writer, depth, when, _OPTICAL)),
+                ("color", color_message(writer, color, when, _OPTICAL)),
+                ("aligned_depth_to_color", depth_message(writer, measure(), when, _OPTICAL)),
             ):
                 writer.write(f"/camera/{name}/image_raw", image, when)
                 writer.write(f"/camera/{name}/camera_info", lens_message(writer, lens, size, when, _OPTICAL), when)

@@ -219,13 +219,16 @@ class TabletopWorld:
         color = np.asarray(color, dtype=np.uint8).reshape(*size, 4)[..., :3]
         return color, np.asarray(buffer).reshape(size), np.asarray(segmentation).reshape(size)
 
-    def look(self, rng: np.random.Generator | None = None) -> CameraImage:
-        """Take a picture with the camera; `rng` adds the sensor's noise, without it the picture is exact."""
-        color, buffer, segmentation = self._render(self.camera)
-        depth = self.camera.depth_from_buffer(buffer)
+    def look(self, rng: np.random.Generator | None = None, camera: DepthCamera | None = None) -> CameraImage:
+        """Take a picture with the world's camera, or another; `rng` adds the sensor's noise, without it the picture is
+        exact.
+        """
+        camera = self.camera if camera is None else camera
+        color, buffer, segmentation = self._render(camera)
+        depth = camera.depth_from_buffer(buffer)
         if rng is not None:
             depth = measured_depth(depth, rng)
-        return CameraImage(color, depth, segmentation, self.camera.points(depth), self.camera.world_from_camera)
+        return CameraImage(color, depth, segmentation, camera.points(depth), camera.world_from_camera)
 
     def observe(
         self,

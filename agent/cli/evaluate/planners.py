@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -24,6 +25,13 @@ from agent.cli.options import (
 from agent.runtime.output_ownership import claim_folder
 from agent.runtime.stdio import import_pybullet_silently
 from grounding.spec import SHAPES
+
+
+class Difficulty(str, Enum):
+    """How hard scenes are to perceive."""
+
+    plain = "plain"
+    hard = "hard"
 
 
 def success(
@@ -143,6 +151,12 @@ def recordings(
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
     ] = True,
+    difficulty: Annotated[
+        Difficulty,
+        typer.Option(
+            help="Objects apart before one camera, or stacks, touching and hidden objects, four sides, three sensors."
+        ),
+    ] = Difficulty.plain,
     workers: PoolOption = None,
     out: RowsOption = None,
     force: ForceOutOption = False,
@@ -165,5 +179,6 @@ def recordings(
     from agent.evaluation.report import write_evaluation
 
     options = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
+    options["hard"] = difficulty is Difficulty.hard
     measure = partial(measure_recordings, objects, model, weights, scenes, seed, execute, **options)
     finish(measure, print_recordings, out, json_output, write_evaluation)

@@ -1,4 +1,5 @@
-"""Arrange objects on synthetic tables: apart, touching, stacked, inside others, hidden, mixed, and at the table's edge.
+"""Arrange objects on synthetic tables: apart, touching, stacked, inside others, hidden, mixed, at the table's edge, cut
+in two by others, flat, in a row that divides the table, before a wall; and tables without any.
 
 Frame: z = 0 is the table's surface and the origin its middle; the camera looks along +x. Lengths in metres.
 """
@@ -21,6 +22,7 @@ _CLOSE = 0.006  # between those of clutter
 _MOST_JOINT = 0.0015  # between objects that touch
 _BISECTIONS = 18
 _FAR = 0.6
+_NARROW = 0.42  # half the length of a table of which the picture shows both sides
 _WIDER = 1.5  # times as wide as what it stands on an object may be
 
 
@@ -53,10 +55,12 @@ class Arrangement:
 
     Attributes:
         placed: the objects so far.
+        at_wall: whether the table stands at a wall.
     """
 
     def __init__(self, family: Family, half: np.ndarray, rng: np.random.Generator) -> None:
         self.family, self.rng, self.placed = family, rng, list[Placed]()
+        self.at_wall = False
         self._half = half
         # What stands outside the picture's middle would not be seen whole.
         self._reach = float(min(0.3, half.min() - 0.04))
@@ -126,6 +130,33 @@ class Arrangement:
             if self._free(placed_footprint(shape, pose), 0.02):
                 return self._put(shape, pose)
         raise NoRoom
+
+    def divide(self, shape: Shape, front: int) -> int:
+        """Place a long object behind a narrower one, so that the camera sees it on both sides of that."""
+        before = self.placed[front]
+        near, far = placed_footprint(before.shape, before.pose).bounds[1::2]
+        if np.ptp(shape.footprint.bounds[::2]) < 1.5 * (far - near):
+            raise NoRoom
+        for _ in range(_ATTEMPTS):
+            yaw = math.pi / 2 + self.rng.uniform(-0.4, 0.4)
+            x = before.pose[0, 3] + self.rng.uniform(0.08, 0.16)
+            pose = pose_from_xyz_yaw(x, before.pose[1, 3] + self.rng.uniform(-0.02, 0.02), 0.0, yaw)
+            if self._free(placed_footprint(shape, pose), 0.01):
+                return self._put(shape, pose)
+        raise NoRoom
+
+    def line_up(self, draws: Sequence[Draw]) -> None:
+        """Set objects in a row from one side of a narrow table to the other, each close to the last."""
+        if self._half[1] > _NARROW:
+            raise NoRoom
+        x, y = self.rng.uniform(-0.08, 0.02), -self._half[1] + 0.02
+        while y < self._half[1] - 0.05:
+            shape = self.one_of(draws)
+            pose = pose_from_xyz_yaw(x + self.rng.uniform(-0.02, 0.02), 0.0, 0.0, self.rng.uniform(-0.3, 0.3))
+            pose[1, 3] = y - placed_footprint(shape, pose).bounds[1]
+            y = placed_footprint(shape, pose).bounds[3] + self.rng.uniform(_CLOSE, 2 * _CLOSE)
+            if self._free(placed_footprint(shape, pose), 0.0):
+                self._put(shape, pose)
 
     def at_edge(self, shape: Shape, gap: float) -> int:
         """Place an object at an edge of the table."""
@@ -219,7 +250,36 @@ def _edge(scene: Arrangement) -> None:
         scene.stand(scene.one_of(scene.family.any), _CLOSE)
 
 
+def _divided(scene: Arrangement) -> None:
+    front = scene.stand(scene.one_of(scene.family.tall), 0.02, (-0.08, scene.rng.uniform(-0.1, 0.1)))
+    scene.divide(scene.one_of(scene.family.boxes), front)
+    for _ in range(int(scene.rng.integers(0, 3))):
+        scene.stand(scene.one_of(scene.family.any))
+
+
+def _flat(scene: Arrangement) -> None:
+    for _ in range(int(scene.rng.integers(2, 4))):
+        scene.stand(scene.one_of(scene.family.flat))
+    scene.stand(scene.one_of(scene.family.any))
+
+
+def _row(scene: Arrangement) -> None:
+    scene.line_up(scene.family.tall)
+    for _ in range(int(scene.rng.integers(1, 3))):
+        scene.stand(scene.one_of(scene.family.any), _GAP, (0.12, 0.0))
+
+
+def _wall(scene: Arrangement) -> None:
+    scene.at_wall = True
+    for _ in range(int(scene.rng.integers(2, 5))):
+        scene.stand(scene.one_of(scene.family.any))
+
+
+def _empty(scene: Arrangement) -> None:
+    scene.at_wall = scene.rng.random() < 0.5
+
+
 ARRANGEMENTS: dict[str, Callable[[Arrangement], None]] = {
     "apart": _apart, "touching": _touching, "stacked": _stacked, "inside": _inside, "occluded": _occluded,
-    "mixed": _mixed, "edge": _edge,
+    "mixed": _mixed, "edge": _edge, "divided": _divided, "flat": _flat, "row": _row, "wall": _wall, "empty": _empty,
 }  # fmt: skip

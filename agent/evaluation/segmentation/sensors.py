@@ -87,6 +87,46 @@ def measured(
     return np.where(holes, np.nan, sensor.focal * sensor.baseline / np.maximum(disparity, sensor.step))
 
 
+def shadowed(depth: np.ndarray, sensor: DepthSensor) -> np.ndarray:
+    """Return the pixels (H, W) that the sensor's other eye does not see, from the true depth (H, W), metres.
+
+    In that eye's picture, a surface moves to the left by its disparity; what comes to lie to the right of something
+    that was on its own right is behind it.
+    """
+    places = np.arange(depth.shape[1]) - sensor.focal * sensor.baseline / depth
+    leftmost = np.minimum.accumulate(places[:, ::-1], axis=1)[:, ::-1]
+    return np.pad(places[:, :-1] > leftmost[:, 1:] + 0.5, ((0, 0), (0, 1)))
+
+
+def facing(depth: np.ndarray, focal: float) -> np.ndarray:
+    """Return the cosine (H, W) of the angle between the surface's normal and the line of sight, from the true depth.
+
+    Args:
+        depth: (H, W) metres, finite.
+        focal: pixels; the axis goes through the middle of the picture.
+    """
+    height, width = depth.shape
+    x = (np.arange(width) + 0.5 - width / 2)[None, :] / focal
+    y = (np.arange(height) + 0.5 - height / 2)[:, None] / focal
+    right, down = _slope(depth, 1), _slope(depth, 0)
+    across = np.stack((depth / focal + x * right, y * right, right), axis=-1)
+    along = np.stack((x * down, depth / focal + y * down, down), axis=-1)
+    normal = np.cross(across, along)
+    sight = np.stack(np.broadcast_arrays(x, y, np.ones_like(depth)), axis=-1)
+    lengths = np.linalg.norm(normal, axis=-1) * np.linalg.norm(sight, axis=-1)
+    return np.abs((normal * sight).sum(axis=-1)) / np.maximum(lengths, 1e-12)
+
+
+def _slope(depth: np.ndarray, axis: int) -> np.ndarray:
+    """Return the change of depth per pixel, toward the neighbour whose depth differs less: edges belong to neither
+    side.
+    """
+    step = np.diff(depth, axis=axis)
+    edge = np.take(step, [0], axis=axis), np.take(step, [-1], axis=axis)
+    behind, ahead = np.concatenate((edge[0], step), axis=axis), np.concatenate((step, edge[1]), axis=axis)
+    return np.where(np.abs(behind) < np.abs(ahead), behind, ahead)
+
+
 def _fattened(depth: np.ndarray, sensor: DepthSensor, rng: np.random.Generator) -> np.ndarray:
     """Grow near surfaces over far ones by a width that varies along their edges."""
     wide = ndimage.gaussian_filter(rng.random(depth.shape), 2 * _SPECKLE)

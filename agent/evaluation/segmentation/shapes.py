@@ -101,6 +101,30 @@ def _ball(rng: np.random.Generator) -> Shape:
     return _standing("ball", trimesh.creation.icosphere(3, rng.uniform(0.025, 0.042)), 0.0)
 
 
+def _knife(rng: np.random.Generator) -> Shape:
+    return _standing("knife", trimesh.creation.box((rng.uniform(0.16, 0.24), rng.uniform(0.016, 0.025), 0.005)), 0.0)
+
+
+def _booklet(rng: np.random.Generator) -> Shape:
+    long, wide = rng.uniform(0.12, 0.21), rng.uniform(0.09, 0.15)
+    return _standing("booklet", trimesh.creation.box((long, wide, rng.uniform(0.005, 0.009))), 0.0)
+
+
+def _disc(rng: np.random.Generator) -> Shape:
+    mesh = trimesh.creation.cylinder(rng.uniform(0.06, 0.11), rng.uniform(0.006, 0.009), sections=_SIDES)
+    return _standing("disc", mesh, 0.0)
+
+
+def _ruler(rng: np.random.Generator) -> Shape:
+    mesh = trimesh.creation.box((rng.uniform(0.2, 0.3), rng.uniform(0.03, 0.045), rng.uniform(0.005, 0.007)))
+    return _standing("ruler", mesh, 0.0)
+
+
+def _hexagon_mat(rng: np.random.Generator) -> Shape:
+    mesh = trimesh.creation.cylinder(rng.uniform(0.06, 0.1), rng.uniform(0.005, 0.009), sections=6)
+    return _standing("mat", mesh, 0.0)
+
+
 def _gable(rng: np.random.Generator) -> Shape:
     side, height = rng.uniform(0.06, 0.09), rng.uniform(0.12, 0.2)
     points = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0.0, height)]
@@ -188,6 +212,7 @@ class Family:
         hollow: those that hold others.
         small: those that fit into them.
         tall: those that hide others.
+        flat: those of less than a centimetre.
     """
 
     boxes: Sequence[Draw]
@@ -195,6 +220,7 @@ class Family:
     hollow: Sequence[Draw]
     small: Sequence[Draw]
     tall: Sequence[Draw]
+    flat: Sequence[Draw]
 
 
 PARTS = {
@@ -204,6 +230,7 @@ PARTS = {
         hollow=(_bowl, _plate),
         small=(_ball, _cup, _mug, _ball),
         tall=(_box, _tin, _mug),
+        flat=(_knife, _booklet, _disc),
     ),
     "test": Family(
         boxes=(_rounded_box, _rounded_box, _hexagon_box, _oval_tin, _jar),
@@ -211,6 +238,7 @@ PARTS = {
         hollow=(_pan, _saucer),
         small=(_pear, _goblet, _pear),
         tall=(_gable, _bottle, _jar, _rounded_box),
+        flat=(_ruler, _hexagon_mat),
     ),
 }
 

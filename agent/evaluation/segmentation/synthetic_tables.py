@@ -53,19 +53,21 @@ def synthetic_table(kind: str, part: str, seed: int, number: int) -> LabelledClo
             ARRANGEMENTS[kind](scene)
         except NoRoom:
             continue
-        cloud = _seen(scene.placed, half, kind, f"{kind} {number}", rng)
+        cloud = _seen(scene, half, kind, f"{kind} {number}", rng)
         if cloud is not None:
             return cloud
     raise RuntimeError(f"no table of the kind {kind!r} could be drawn in {_DRAWS} attempts")
 
 
 def _seen(
-    placed: list[Placed], half: np.ndarray, kind: str, name: str, rng: np.random.Generator
+    arranged: Arrangement, half: np.ndarray, kind: str, name: str, rng: np.random.Generator
 ) -> LabelledCloud | None:
     """Render a scene; `None` if too little of an object is seen, or one is cut by the picture's border."""
     sensor = SENSORS[int(rng.integers(len(SENSORS)))]
     camera = _camera(rng)
-    parts = [*_surroundings(half, rng), *(_part(one, index + 1, rng) for index, one in enumerate(placed))]
+    placed = arranged.placed
+    parts = _surroundings(half, rng, arranged.at_wall)
+    parts += [_part(one, index + 1, rng) for index, one in enumerate(placed)]
     scene = open3d.t.geometry.RaycastingScene()
     for part in parts:
         scene.add_triangles(
@@ -102,7 +104,7 @@ def _seen(
 
 def _seen_least(truth: np.ndarray, count: int) -> int:
     """Return the number of pixels of the object that is seen least."""
-    return int(np.bincount(truth[truth > 0], minlength=count + 1)[1:].min())
+    return int(np.bincount(truth[truth > 0], minlength=count + 1)[1:].min(initial=truth.size))
 
 
 def _camera(rng: np.random.Generator) -> np.ndarray:
@@ -132,19 +134,19 @@ def _rays(camera: np.ndarray, sensor: DepthSensor) -> np.ndarray:
     return np.concatenate((np.broadcast_to(camera[:3, 3], ahead.shape), ahead), axis=-1).astype(np.float32)
 
 
-def _surroundings(half: np.ndarray, rng: np.random.Generator) -> list[_Part]:
-    """Return the table, the floor, and in two of three scenes a wall."""
+def _surroundings(half: np.ndarray, rng: np.random.Generator, at_wall: bool) -> list[_Part]:
+    """Return the table, the floor, and in two of three scenes a wall; always one where the table stands at it."""
     table = trimesh.creation.box((2 * half[0], 2 * half[1], _THICK))
     table.apply_translation((0.0, 0.0, -_THICK / 2))
     floor = trimesh.creation.box((8.0, 8.0, 0.01))
     floor.apply_translation((1.5, 0.0, -rng.uniform(0.45, 0.8)))
     parts = [_looks(table, _TABLE, rng, False), _looks(floor, _FLOOR, rng, False)]
-    if rng.random() < 0.67:
+    if at_wall or rng.random() < 0.67:
         wall = trimesh.creation.box((0.02, 8.0, 4.0))
         turn = rng.uniform(-0.3, 0.3)
         # As near as it may stand without cutting through a corner of the table.
         behind = half[0] * math.cos(turn) + half[1] * abs(math.sin(turn)) + 0.01
-        wall.apply_translation((behind + rng.uniform(0.01, 0.6), 0.0, 0.5))
+        wall.apply_translation((behind + rng.uniform(0.01, 0.03 if at_wall else 0.6), 0.0, 0.5))
         wall.apply_transform(pose_from_xyz_yaw(0.0, 0.0, 0.0, turn))
         parts.append(_looks(wall, _WALL, rng, False))
     return parts
