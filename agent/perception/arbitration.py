@@ -17,8 +17,12 @@ from agent.perception.network_masks import Masks
 GEOMETRY, NETWORK, BOTH = "geometry", "network", "both"
 METHODS = (GEOMETRY, NETWORK, BOTH)
 DEFAULT = GEOMETRY
-_LEAST = 60  # voxels of a piece that is divided off
 _NEAR = 0.02  # m to the next voxel that the network sees an object at
+_LEAST = 80  # voxels of each object that another is divided into
+_LEAST_SHARE = 0.05  # of that one's voxels
+_CERTAIN_TO_DIVIDE, _CERTAIN_TO_JOIN = 0.6, 0.7  # masks
+_WITHIN = 0.5  # of a mask lies in the object that it divides
+_COVERED = 0.7  # of every object that a mask joins
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,52 @@ class Arbiter:
         mask = _filled(mask, connected, voxels)
         if self.method == NETWORK:
             return mask
-        return part
+        part = divided(part, mask, self.masks.certainty, voxels.positions)
+        return united(part, mask, self.masks.certainty)
+
+
+def divided(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Divide the objects in which the network is certain to see several.
+
+    Args:
+        part: (V,) the object of each voxel, -1 for none.
+        mask: (V,) the network's.
+        certainty: (M,) of each mask.
+        positions: (V, 3) of the voxels.
+    """
+    part = part.copy()
+    sizes = np.bincount(mask[mask >= 0], minlength=len(certainty))
+    for index in np.unique(part[part >= 0]):
+        own = np.flatnonzero(part == index)
+        inside = np.bincount(mask[own][mask[own] >= 0], minlength=len(certainty))
+        enough = inside >= max(_LEAST, _LEAST_SHARE * len(own))
+        pieces = np.flatnonzero(enough & (inside >= _WITHIN * sizes) & (certainty >= _CERTAIN_TO_DIVIDE))
+        if len(pieces) < 2:
+            continue
+        known = np.isin(mask[own], pieces)
+        nearest = cKDTree(positions[own[known]]).query(positions[own[~known]])[1]
+        piece = mask[own].copy()
+        piece[~known] = piece[known][nearest]
+        for number in pieces[1:]:
+            part[own[piece == number]] = part.max() + 1
+    return part
+
+
+def united(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray) -> np.ndarray:
+    """Join the objects that the network is certain to see as one.
+
+    Args:
+        part, mask, certainty: as `divided` takes them.
+    """
+    part = part.copy()
+    for number in np.flatnonzero(certainty >= _CERTAIN_TO_JOIN):
+        own = mask == number
+        sizes = np.bincount(part[part >= 0])
+        inside = np.bincount(part[own & (part >= 0)], minlength=len(sizes))
+        covered = np.flatnonzero((inside >= _COVERED * sizes) & (sizes > 0))
+        if len(covered) > 1:
+            part[np.isin(part, covered)] = covered[0]
+    return part
 
 
 def _of_voxels(of_point: np.ndarray, voxels: Voxels, count: int) -> np.ndarray:

@@ -33,7 +33,7 @@ RECIPES: Mapping[str, Recipe] = {
     "structure": Recipe(4_000, 1e-3, 32),
     "collision": Recipe(5_000, 1e-3, 64),
 }
-SEGMENTATION = Recipe(5_000, 1.5e-3, 8)  # steps of views of synthetic tables, which are drawn while it trains
+SEGMENTATION = Recipe(3_500, 1.5e-3, 8)  # steps of views of synthetic tables, which are drawn while it trains
 SEGMENTATION_VIEWS = 20_000
 # As objects of the sentence "Train ...".
 TITLES: Mapping[str, str] = {

@@ -27,10 +27,11 @@ def fill(folder: Path, first: int, count: int, step: int, seed: int) -> None:
         count: shards of the whole pool.
         seed: of the pool; shard k is the same for every number of processes.
     """
+    lacking = set(missing(folder, count))
     for number in range(first, count, step):
-        path = folder / f"{number:05d}.npz"
-        if path.exists():
+        if number not in lacking:
             continue
+        path = folder / f"{number:05d}.npz"
         rng = np.random.default_rng((seed, number))
         views: list[View] = []
         while len(views) < PER_SHARD:
@@ -40,6 +41,11 @@ def fill(folder: Path, first: int, count: int, step: int, seed: int) -> None:
         with half_written.open("wb") as file:
             np.savez(file, **arrays)
         os.replace(half_written, path)
+
+
+def missing(folder: Path, count: int) -> list[int]:
+    """Return the numbers below `count` of the shards that a pool's folder lacks."""
+    return [number for number in range(count) if not (folder / f"{number:05d}.npz").exists()]
 
 
 class Pool:

@@ -13,10 +13,11 @@ import numpy as np
 import torch
 
 from agent import __version__
-from agent.training.segmentation.batches import draw_batch
+from agent.training.segmentation import pool
+from agent.training.segmentation.batches import Example, draw_batch
 from agent.training.segmentation.loss import segmentation_loss
 from agent.training.segmentation.network import SegmentationConfig, SegmentationNetwork
-from agent.training.segmentation.pool import PER_SHARD, Pool, fill
+from agent.training.segmentation.pool import Pool
 from structdiffusion.training.loop import TrainingOptions, train
 from structdiffusion.training.run_record import RunMetadata
 
@@ -71,17 +72,17 @@ def train_network(options: SegmentationTraining, report: Callable[[str], None]) 
     about = {"name": "synthetic tables", "seed": options.seed, "views": options.views}
     metadata = RunMetadata(__version__, about, options.batch, "views")
     with _drawing(folder, options):
-        pool = _Views(folder)
+        views = _Views(folder)
 
         def loss(generator: torch.Generator) -> dict[str, torch.Tensor]:
-            examples = pool.batch(options.batch, generator)
+            examples = views.batch(options.batch, generator)
             maps = torch.from_numpy(np.stack([one.maps for one in examples]))
             outputs = network(maps.to(options.device).contiguous(memory_format=torch.channels_last))
             return segmentation_loss(outputs, examples, generator)
 
         for row in train(network, loss, options.out, schedule, options.device, metadata=metadata):
             losses = "  ".join(f"{name} {value:.3f}" for name, value in row.losses.items())
-            report(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {pool.count} views  {losses}")
+            report(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {views.count} views  {losses}")
 
 
 class _Views:
@@ -89,15 +90,17 @@ class _Views:
 
     def __init__(self, folder: Path) -> None:
         self._pool, self._steps = Pool(folder), 0
-        while self._pool.count < _FIRST * PER_SHARD:
+        while self._pool.count < _FIRST * pool.PER_SHARD:
             time.sleep(1.0)
             self._pool.refresh()
 
     @property
     def count(self) -> int:
+        """Return how many there are."""
         return self._pool.count
 
-    def batch(self, size: int, generator: torch.Generator):
+    def batch(self, size: int, generator: torch.Generator) -> list[Example]:
+        """Draw some views, each varied."""
         self._steps += 1
         if self._steps % _LOOK_AGAIN == 0:
             self._pool.refresh()
@@ -109,10 +112,11 @@ class _Views:
 def _drawing(folder: Path, options: SegmentationTraining) -> Iterator[None]:
     """Let other processes draw views as long as the training lasts."""
     context = multiprocessing.get_context("spawn")
-    shards = max(_FIRST, -(-options.views // PER_SHARD))
+    shards = max(_FIRST, -(-options.views // pool.PER_SHARD))
+    count = min(options.workers, len(pool.missing(folder, shards)))
     workers = [
-        context.Process(target=fill, args=(folder, k, shards, options.workers, options.seed), daemon=True)
-        for k in range(options.workers)
+        context.Process(target=pool.fill, args=(folder, k, shards, count, options.seed), daemon=True)
+        for k in range(count)
     ]
     for worker in workers:
         worker.start()
