@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from scipy.spatial import cKDTree
 
 from agent.perception.clustering import Voxels
+from agent.perception.color import differ
 from agent.perception.network_masks import Masks
 
 GEOMETRY, NETWORK, BOTH = "geometry", "network", "both"
@@ -20,9 +22,11 @@ DEFAULT = GEOMETRY
 _NEAR = 0.02  # m to the next voxel that the network sees an object at
 _LEAST = 80  # voxels of each object that another is divided into
 _LEAST_SHARE = 0.05  # of that one's voxels
-_CERTAIN_TO_DIVIDE, _CERTAIN_TO_JOIN = 0.6, 0.7  # masks
+_NARROWEST = 0.015  # m: what is neither wider nor higher is the edge of something
+_CERTAIN_TO_DIVIDE, _CERTAIN_TO_JOIN = 0.85, 0.8  # masks
 _WITHIN = 0.5  # of a mask lies in the object that it divides
-_COVERED = 0.7  # of every object that a mask joins
+_COVERED = 0.75  # of every object that a mask joins
+_ALIKE = 18.0  # apart in CIELAB: one colour in light and shade
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,9 @@ class Arbiter:
     masks: Masks
     method: str
 
-    def regrouped(self, part: np.ndarray, connected: np.ndarray, voxels: Voxels, chosen: np.ndarray) -> np.ndarray:
+    def regrouped(
+        self, part: np.ndarray, connected: np.ndarray, voxels: Voxels, chosen: np.ndarray, lab: np.ndarray | None
+    ) -> np.ndarray:
         """Return the object (V,) of each voxel.
 
         Args:
@@ -45,13 +51,14 @@ class Arbiter:
             connected: (V,) the connected part that it was divided from.
             voxels: of the points above the table.
             chosen: (P,) which points these are.
+            lab: (V, 3) colours in CIELAB, or `None`.
         """
         mask = _of_voxels(self.masks.of_point[chosen], voxels, len(self.masks.certainty))
         mask = _filled(mask, connected, voxels)
         if self.method == NETWORK:
             return mask
         part = divided(part, mask, self.masks.certainty, voxels.positions)
-        return united(part, mask, self.masks.certainty)
+        return united(part, connected, mask, self.masks.certainty, lab)
 
 
 def divided(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray, positions: np.ndarray) -> np.ndarray:
@@ -70,6 +77,7 @@ def divided(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray, positions
         inside = np.bincount(mask[own][mask[own] >= 0], minlength=len(certainty))
         enough = inside >= max(_LEAST, _LEAST_SHARE * len(own))
         pieces = np.flatnonzero(enough & (inside >= _WITHIN * sizes) & (certainty >= _CERTAIN_TO_DIVIDE))
+        pieces = np.array([k for k in pieces if _width(positions[own[mask[own] == k]]) > _NARROWEST])
         if len(pieces) < 2:
             continue
         known = np.isin(mask[own], pieces)
@@ -81,21 +89,43 @@ def divided(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray, positions
     return part
 
 
-def united(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray) -> np.ndarray:
-    """Join the objects that the network is certain to see as one.
+def united(
+    part: np.ndarray, connected: np.ndarray, mask: np.ndarray, certainty: np.ndarray, lab: np.ndarray | None
+) -> np.ndarray:
+    """Join the objects that the network is certain to see as one, where their colours do not say otherwise.
 
     Args:
         part, mask, certainty: as `divided` takes them.
+        connected: (V,) the connected part of each voxel.
+        lab: (V, 3) colours in CIELAB, or `None`.
     """
     part = part.copy()
     for number in np.flatnonzero(certainty >= _CERTAIN_TO_JOIN):
-        own = mask == number
         sizes = np.bincount(part[part >= 0])
-        inside = np.bincount(part[own & (part >= 0)], minlength=len(sizes))
-        covered = np.flatnonzero((inside >= _COVERED * sizes) & (sizes > 0))
-        if len(covered) > 1:
-            part[np.isin(part, covered)] = covered[0]
+        inside = np.bincount(part[(mask == number) & (part >= 0)], minlength=len(sizes))
+        # Specks are left alone: noise beside an object would widen it.
+        covered = np.flatnonzero((inside >= _COVERED * sizes) & (sizes >= _LEAST))
+        for other in covered[np.argsort(-sizes[covered])][1:]:
+            first = covered[sizes[covered].argmax()]
+            if _may_be_one(part == first, part == other, connected, lab):
+                part[part == other] = first
     return part
+
+
+def _may_be_one(one: np.ndarray, other: np.ndarray, connected: np.ndarray, lab: np.ndarray | None) -> bool:
+    """Return whether nothing speaks against two objects (V,) being one: what is apart has to be alike."""
+    if np.intersect1d(connected[one], connected[other]).size:
+        return not differ(lab, one, other)
+    if lab is None:
+        return False
+    return bool(np.linalg.norm(np.median(lab[one], axis=0) - np.median(lab[other], axis=0)) < _ALIKE)
+
+
+def _width(positions: np.ndarray) -> float:
+    """Return the smaller side, metres, of the upright box around voxels (V, 3), seen from above, or their height."""
+    corners = np.array(shapely.LineString(positions[:, :2]).minimum_rotated_rectangle.exterior.coords)
+    across = float(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).min())
+    return max(across, float(np.ptp(positions[:, 2])))
 
 
 def _of_voxels(of_point: np.ndarray, voxels: Voxels, count: int) -> np.ndarray:

@@ -12,7 +12,7 @@ from agent.segmentation_network.network import Seen, SegmentationNetwork
 _MEMBER = 0.5  # of a vote to belong to an object, where 1 is the object's mean vote
 _POSSIBLE = 0.02  # of a vote that belongs to no object: still the likeliest one's
 _LEAST_SEED = 0.4  # of the vote that an object is found by
-_LEAST = 8  # pixels of the network's picture
+_LEAST = 25  # pixels of the picture of 160 x 120: what is smaller is left to geometry
 _NEW = 0.5  # of the votes about a seed belong to no object yet
 _MOST = 80  # objects
 _OBJECT = 0.5  # probability of a pixel that votes

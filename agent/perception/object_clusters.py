@@ -116,7 +116,7 @@ def find_objects(
     connected = of_voxel
     of_voxel = grouped(connected, np.column_stack((voxels.positions[:, :2], tall)), lab, eye, voxels.reach)
     if arbiter is not None:
-        of_voxel = arbiter.regrouped(of_voxel, connected, voxels, solid)
+        of_voxel = arbiter.regrouped(of_voxel, connected, voxels, solid, lab)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0

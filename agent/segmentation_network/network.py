@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from agent.errors import BadInput
+from agent.segmentation_network import WEIGHTS
 from agent.segmentation_network.features import CHANNELS
 
-WEIGHTS = Path(__file__).parent / "weights"
 KIND = "segmentation"
 CLASSES = 3  # beside the table, table, object
 OUTPUTS = CLASSES + 3 + 2  # classes, vote, logarithm of the votes' spread, seed

@@ -66,6 +66,7 @@ def measure_segmentation(
     aggregate = {kind: _rates([row for row in rows if kind in (_ALL, row["class"])]) for kind in (*kinds, _ALL)}
     return {
         **frame,
+        "method": method,
         "rows": rows,
         "aggregate": aggregate,
         LOST: [{"job": str(one.job), LOST: one.reason} for one in lost],
