@@ -18,12 +18,13 @@ from agent.perception.network_masks import Masks
 
 GEOMETRY, NETWORK, BOTH = "geometry", "network", "both"
 METHODS = (GEOMETRY, NETWORK, BOTH)
-DEFAULT = GEOMETRY
+DEFAULT = BOTH
 _NEAR = 0.02  # m to the next voxel that the network sees an object at
 _LEAST = 80  # voxels of each object that another is divided into
 _LEAST_SHARE = 0.05  # of that one's voxels
 _NARROWEST = 0.015  # m: what is neither wider nor higher is the edge of something
 _CERTAIN_TO_DIVIDE, _CERTAIN_TO_JOIN = 0.85, 0.8  # masks
+_SEPARATION = 0.85  # times the sum of the spreads: the centres of two objects are farther apart
 _WITHIN = 0.5  # of a mask lies in the object that it divides
 _COVERED = 0.75  # of every object that a mask joins
 _ALIKE = 18.0  # apart in CIELAB: one colour in light and shade
@@ -57,20 +58,20 @@ class Arbiter:
         mask = _filled(mask, connected, voxels)
         if self.method == NETWORK:
             return mask
-        part = divided(part, mask, self.masks.certainty, voxels.positions)
+        part = divided(part, mask, self.masks, voxels.positions)
         return united(part, connected, mask, self.masks.certainty, lab)
 
 
-def divided(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray, positions: np.ndarray) -> np.ndarray:
+def divided(part: np.ndarray, mask: np.ndarray, masks: Masks, positions: np.ndarray) -> np.ndarray:
     """Divide the objects in which the network is certain to see several.
 
     Args:
         part: (V,) the object of each voxel, -1 for none.
         mask: (V,) the network's.
-        certainty: (M,) of each mask.
+        masks: what the network says of each.
         positions: (V, 3) of the voxels.
     """
-    part = part.copy()
+    part, certainty = part.copy(), masks.certainty
     sizes = np.bincount(mask[mask >= 0], minlength=len(certainty))
     for index in np.unique(part[part >= 0]):
         own = np.flatnonzero(part == index)
@@ -78,6 +79,7 @@ def divided(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray, positions
         enough = inside >= max(_LEAST, _LEAST_SHARE * len(own))
         pieces = np.flatnonzero(enough & (inside >= _WITHIN * sizes) & (certainty >= _CERTAIN_TO_DIVIDE))
         pieces = np.array([k for k in pieces if _width(positions[own[mask[own] == k]]) > _NARROWEST])
+        pieces = _separated(pieces[np.argsort(-inside[pieces])] if len(pieces) else pieces, masks)
         if len(pieces) < 2:
             continue
         known = np.isin(mask[own], pieces)
@@ -89,13 +91,24 @@ def divided(part: np.ndarray, mask: np.ndarray, certainty: np.ndarray, positions
     return part
 
 
+def _separated(pieces: np.ndarray, masks: Masks) -> np.ndarray:
+    """Return the masks, from the largest on, whose votes are clearly apart from those of the masks before."""
+    kept = list[int]()
+    for piece in pieces:
+        apart = np.linalg.norm(masks.centres[kept] - masks.centres[piece], axis=1)
+        if (apart > _SEPARATION * (masks.spreads[kept] + masks.spreads[piece])).all():
+            kept.append(int(piece))
+    return np.array(kept)
+
+
 def united(
     part: np.ndarray, connected: np.ndarray, mask: np.ndarray, certainty: np.ndarray, lab: np.ndarray | None
 ) -> np.ndarray:
     """Join the objects that the network is certain to see as one, where their colours do not say otherwise.
 
     Args:
-        part, mask, certainty: as `divided` takes them.
+        part, mask: as `divided` takes them.
+        certainty: (M,) of each mask.
         connected: (V,) the connected part of each voxel.
         lab: (V, 3) colours in CIELAB, or `None`.
     """

@@ -12,6 +12,12 @@ from structdiffusion.objects.procedural import procedural_object
 SIDE = 20  # voxels of 4 mm along each side of two squares that touch
 
 
+def masks_of(*certainty, apart=0.1):
+    """Masks with centres in a row, and spreads of 3 cm."""
+    centres = apart * np.arange(len(certainty))[:, None] * np.array([0.0, 1.0, 0.0])
+    return Masks(np.zeros(0), np.zeros(0), np.array(certainty), centres, np.full(len(certainty), 0.03))
+
+
 @pytest.fixture
 def squares():
     """Positions of two squares side by side, and which voxel lies in which."""
@@ -24,7 +30,7 @@ def test_one_object_with_two_certain_masks_is_two(squares):
     positions, own = squares
     mask = own.copy()
     mask[::7] = -1
-    part = divided(np.zeros(len(own), dtype=int), mask, np.array([0.95, 0.95]), positions)
+    part = divided(np.zeros(len(own), dtype=int), mask, masks_of(0.95, 0.95), positions)
     assert len(np.unique(part)) == 2
     assert ((part == part[0]) == (own == 0)).mean() > 0.98
 
@@ -32,14 +38,20 @@ def test_one_object_with_two_certain_masks_is_two(squares):
 @pytest.mark.parametrize("certainty", [(0.95, 0.3), (0.3, 0.95)])
 def test_uncertain_masks_divide_nothing(squares, certainty):
     positions, own = squares
-    part = divided(np.zeros(len(own), dtype=int), own, np.array(certainty), positions)
+    part = divided(np.zeros(len(own), dtype=int), own, masks_of(*certainty), positions)
+    assert (part == 0).all()
+
+
+def test_votes_that_are_not_apart_divide_nothing(squares):
+    positions, own = squares
+    part = divided(np.zeros(len(own), dtype=int), own, masks_of(0.95, 0.95, apart=0.04), positions)
     assert (part == 0).all()
 
 
 def test_a_sliver_is_not_divided_off(squares):
     positions, _ = squares
     mask = (positions[:, 0] < 0.006).astype(int)
-    assert (divided(np.zeros(len(mask), dtype=int), mask, np.array([0.95, 0.95]), positions) == 0).all()
+    assert (divided(np.zeros(len(mask), dtype=int), mask, masks_of(0.95, 0.95), positions) == 0).all()
 
 
 def test_a_certain_mask_over_two_objects_joins_them_and_no_third(squares):
