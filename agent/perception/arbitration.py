@@ -18,7 +18,7 @@ from agent.perception.network_masks import Masks
 
 GEOMETRY, NETWORK, BOTH = "geometry", "network", "both"
 METHODS = (GEOMETRY, NETWORK, BOTH)
-DEFAULT = BOTH
+DEFAULT = GEOMETRY
 _NEAR = 0.02  # m to the next voxel that the network sees an object at
 _LEAST = 80  # voxels of each object that another is divided into
 _LEAST_SHARE = 0.05  # of that one's voxels
