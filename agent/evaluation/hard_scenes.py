@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from agent.evaluation.segmentation.sensors import SENSORS, DepthSensor, facing, measured, shadowed
 from agent.scenes.table_scene import TableScene
+from agent.synthetic_tables.sensors import SENSORS, DepthSensor, facing, measured, shadowed
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points

@@ -143,16 +143,19 @@ def _result(network: Network, path: Path) -> Facts:
     """Return what a report says about a network."""
     report = _json(path)
     try:
-        evaluations = [*report["evaluations"], *report.get("goals", ())]
-        of_discriminators = any("discriminator" in evaluation for evaluation in evaluations)
-        read = (
-            _parsing_rows
-            if network.family in ("embedding", "goals", "llm")
-            else _accuracy_rows
-            if of_discriminators
-            else _success_rows
-        )
-        rows = read(network, evaluations)
+        if network.family == "segmentation":
+            rows = _segmentation_rows(report)
+        else:
+            evaluations = [*report["evaluations"], *report.get("goals", ())]
+            of_discriminators = any("discriminator" in evaluation for evaluation in evaluations)
+            read = (
+                _parsing_rows
+                if network.family in ("embedding", "goals", "llm")
+                else _accuracy_rows
+                if of_discriminators
+                else _success_rows
+            )
+            rows = read(network, evaluations)
         head = {"version": report["version"], "command": report.get("command", "structagent evaluate parse")}
     except (KeyError, TypeError) as error:
         raise BadInput(f"{path} is not a report of an evaluation that measures {network.name!r}") from error
@@ -204,6 +207,14 @@ def _parsing_rows(network: Network, evaluations: list[Facts]) -> list[Facts]:
         }
         for found in evaluations
         if found["parser"] == ("embedding" if of_goals else network.family) and ("dropped_parts" in found) == of_goals
+    ]
+
+
+def _segmentation_rows(report: Facts) -> list[Facts]:
+    return [
+        {"by": report["method"], "of": kind, "what": "exact", "n": rates["exact"]["n"], **_rate(rates["exact"])}
+        for kind, rates in report["aggregate"].items()
+        if report["method"] != "geometry"  # which asks no network
     ]
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import grounding
 import structdiffusion
 from agent.errors import BadInput, UsageError
+from agent.segmentation_network import WEIGHTS as SEGMENTATION
 from structdiffusion.planners.registry import PLANNERS, networks_of
 
 SHIPPED = Path(structdiffusion.__file__).parent / "weights"
@@ -26,6 +27,7 @@ FAMILIES: Mapping[str, str] = {
     "goals": "reads instructions of several parts",
     "llm": "reads instructions: adapter of a language model",
     "llm_goals": "writes goals of several parts: adapter of a language model",
+    "segmentation": "tells objects apart in depth pictures",
 }
 
 
@@ -79,6 +81,7 @@ def networks(weights: Path | None = None) -> dict[str, Network]:
         found["llm_goals"] = Network(
             "llm_goals", "llm_goals", PARSERS, ("llm_goal_adapter.safetensors",), "llm_goals_card"
         )
+        found["segmentation"] = Network("segmentation", "segmentation", SEGMENTATION)
     return found
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from structdiffusion.models.checkpoint import Checkpointed
 
 _BATCH, _OBJECTS, _WORDS = 2, 5, 7  # of the fake inputs
+_PICTURE = (48, 64)  # pixels
 _SENTENCE = "a small circle on the left"
 
 
@@ -44,7 +45,7 @@ class Finding:
 
 def verify(network: Network) -> Iterator[Finding]:
     """Run the checks of a network in order; later checks run even after a failure."""
-    weights, answer = _PARSERS.get(network.family, (_checkpoint, _answer))
+    weights, answer = _OTHERS.get(network.family, (_checkpoint, _answer))
     checks = {"files": _files, "weights": weights, "answer": answer}
     for name, check in checks.items():
         try:
@@ -156,6 +157,28 @@ def _goal_network_answer(network: Network) -> str:
     return _sound(torch.from_numpy(scores), (len(KEYWORDS) + 2 * len(words),))
 
 
+def _segmentation(network: Network) -> str:
+    import torch
+
+    from agent.segmentation_network.network import SegmentationNetwork
+
+    state = SegmentationNetwork.from_pretrained(network.folder).state
+    return _finite({name: torch.from_numpy(array) for name, array in state.items()}, network)
+
+
+def _segmentation_answer(network: Network) -> str:
+    """Compute what the network says of a picture of unit variance."""
+    import numpy as np
+    import torch
+
+    from agent.segmentation_network.features import CHANNELS
+    from agent.segmentation_network.network import OUTPUTS, SegmentationNetwork
+
+    maps = np.random.default_rng(0).normal(size=(CHANNELS, *_PICTURE)).astype(np.float32)
+    answer = SegmentationNetwork.from_pretrained(network.folder).outputs(maps)
+    return _sound(torch.from_numpy(answer), (OUTPUTS, *_PICTURE))
+
+
 def _adapter(network: Network) -> str:
     from grounding.parsers.llm_local import read_adapter
 
@@ -210,10 +233,11 @@ def _sound(answer: torch.Tensor, shape: tuple[int, ...]) -> str:
     return f"{tuple(shape)}, finite"
 
 
-# How the networks that read instructions are checked; the others have a checkpoint.
-_PARSERS = {
+# How the networks that run in numpy, or in a language model, are checked; the others have a checkpoint.
+_OTHERS = {
     "embedding": (_parser, _parser_answer),
     "goals": (_goal_network, _goal_network_answer),
     "llm": (_adapter, _adapter_answer),
     "llm_goals": (_adapter, _goal_adapter_answer),
+    "segmentation": (_segmentation, _segmentation_answer),
 }

@@ -13,6 +13,7 @@ import shapely
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from agent.perception.arbitration import Arbiter
 from agent.perception.clustering import Voxels, clusters, gather, normals, strays
 from agent.perception.height_map import Relief
 from agent.perception.merging import flat_things_joined, joined
@@ -83,6 +84,7 @@ def find_objects(
     steep: np.ndarray,
     border: np.ndarray,
     tint: Tint | None = None,
+    arbiter: Arbiter | None = None,
 ) -> Found:
     """Find the objects on the table.
 
@@ -93,6 +95,7 @@ def find_objects(
         steep: (P,) points that may join separate objects; assigned to objects only at the end.
         border: (P,) points at the picture's border.
         tint: their colours, or `None`.
+        arbiter: decides between geometry's objects and the network's; `None` leaves geometry's.
     """
     height = np.where(relief.heights > _NEAR_TABLE, relief.heights, relief.smooth)
     above = (height > np.maximum(_GROW * relief.sigma, _LEAST_GROW)) & (relief.heights < _TALLEST)
@@ -110,7 +113,10 @@ def find_objects(
     if contrast is not None:  # the table about a plate would be joined to it, and to the spoon beside it
         like_table = _median_of_part(of_voxel, contrast) < _CONTRAST
         of_voxel[like_table & ~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
-    of_voxel = grouped(of_voxel, np.column_stack((voxels.positions[:, :2], tall)), lab, eye, voxels.reach)
+    connected = of_voxel
+    of_voxel = grouped(connected, np.column_stack((voxels.positions[:, :2], tall)), lab, eye, voxels.reach)
+    if arbiter is not None:
+        of_voxel = arbiter.regrouped(of_voxel, connected, voxels, solid, lab)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0

@@ -9,11 +9,13 @@ import shapely
 
 from agent.arm.self_filter import distance_to_arm
 from agent.errors import BadInput
+from agent.perception.arbitration import DEFAULT, GEOMETRY, Arbiter
 from agent.perception.clustering import at_border, bridging
 from agent.perception.color import contrast, lab
 from agent.perception.description import oriented_box, shape_words
 from agent.perception.flat_things import with_flat_things
 from agent.perception.height_map import table_relief
+from agent.perception.network_masks import Sight, network_masks, pixel_pitch
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
 from agent.perception.seen_colors import color_names, light_of
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
@@ -22,14 +24,19 @@ from agent.perception.table_extent import reachable, seen_rectangle
 from agent.perception.table_plane import FARTHEST, on_walls, table_plane
 from agent.perception.world_frame import base_from_camera, world_frame
 from agent.recordings.recording import Recording
+from agent.segmentation_network.network import shipped_network
 from structdiffusion.geometry import transform_points
 
 _ARM_CLEARANCE = 0.03  # m about the arm's own model: what is nearer is the arm, its cables, and the noise at its edges
 _TABLE_BAND = 4.0  # sigma, or 1 cm: what lies nearer to the table's surface is the table
 
 
-def segment(recording: Recording) -> Segments:
+def segment(recording: Recording, method: str = DEFAULT) -> Segments:
     """Find the table and the objects that a recording shows.
+
+    Args:
+        recording: the recording.
+        method: who tells objects apart, one of `METHODS`; an unorganised cloud is left to geometry.
 
     Raises:
         BadInput: when nothing was measured, or no table is there.
@@ -56,9 +63,14 @@ def segment(recording: Recording) -> Segments:
     if frame.color is not None:
         colors = lab(frame.color.reshape(-1, 3)[pixels])
         tint = Tint(colors, contrast(colors, flat, pixels, shape))
-    level[:, 2] = relief.heights
-    eye = plane.level_from_camera[:3, 3]
-    found = find_objects(level, eye, relief, steep, border, tint)
+    eye, arbiter = plane.level_from_camera[:3, 3], None
+    if method != GEOMETRY and frame.organised:
+        sight = Sight(
+            level, relief.heights, eye, pixels, shape, pixel_pitch(frame.points), None if tint is None else tint.lab
+        )
+        arbiter = Arbiter(network_masks(sight, shipped_network()), method)
+    level = np.column_stack((level[:, :2], relief.heights))
+    found = find_objects(level, eye, relief, steep, border, tint, arbiter)
     if tint is not None and frame.organised:
         named = with_flat_things(
             found.labels, level, relief.heights, tint.contrast, pixels, shape, eye, relief.outline

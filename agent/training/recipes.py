@@ -16,7 +16,7 @@ class Recipe:
     Attributes:
         steps: optimiser steps, earlier runs included.
         learning_rate: the peak of its schedule.
-        batch: scenes per step and device; pairs of objects for the collision discriminator.
+        batch: scenes per step and device; pairs of objects for the collision discriminator, views for segmentation.
     """
 
     steps: int
@@ -33,6 +33,8 @@ RECIPES: Mapping[str, Recipe] = {
     "structure": Recipe(4_000, 1e-3, 32),
     "collision": Recipe(5_000, 1e-3, 64),
 }
+SEGMENTATION = Recipe(3_500, 1.5e-3, 8)  # steps of views of synthetic tables, which are drawn while it trains
+SEGMENTATION_VIEWS = 20_000
 # As objects of the sentence "Train ...".
 TITLES: Mapping[str, str] = {
     "diffusion": "the pose diffusion model",

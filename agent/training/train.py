@@ -83,16 +83,27 @@ def train_model(run: TrainingRun) -> None:
         in_processes(_train_together, run.devices, run, device.type)
 
 
-def _device(run: TrainingRun) -> torch.device:
+def chosen_device(name: str) -> torch.device:
+    """Return the device of one of `DEVICES`.
+
+    Raises:
+        UsageError: for another name, or CUDA where there is none.
+    """
     import torch
 
     from structdiffusion.models.checkpoint import default_device
 
-    if run.device not in DEVICES:
-        raise UsageError(f"--device cannot be {run.device!r}; legal values: {', '.join(DEVICES)}")
-    if run.device == "cuda" and not torch.cuda.is_available():
+    if name not in DEVICES:
+        raise UsageError(f"--device cannot be {name!r}; legal values: {', '.join(DEVICES)}")
+    if name == "cuda" and not torch.cuda.is_available():
         raise UsageError("--device cannot be 'cuda' here: PyTorch finds no CUDA device; legal values: auto, cpu")
-    device = default_device() if run.device == "auto" else torch.device(run.device)
+    return default_device() if name == "auto" else torch.device(name)
+
+
+def _device(run: TrainingRun) -> torch.device:
+    import torch
+
+    device = chosen_device(run.device)
     most = torch.cuda.device_count() if device.type == "cuda" else os.cpu_count() or 1
     if run.devices > most:
         what = "CUDA devices" if device.type == "cuda" else "processor cores"

@@ -27,6 +27,14 @@ class TablePart(str, Enum):
     test = "test"
 
 
+class Method(str, Enum):
+    """Who tells objects apart."""
+
+    geometry = "geometry"
+    network = "network"
+    both = "both"
+
+
 def completion(
     objects: ObjectsOption = "ycb",
     scenes: ScenesOption = 10,
@@ -57,6 +65,9 @@ def segmentation(
         TablePart, typer.Option(help="Objects of the synthetic tables; perception was tuned on development.")
     ] = TablePart.test,
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of synthetic tables of each class.")] = 10,
+    method: Annotated[
+        Method, typer.Option(help="What tells objects apart: geometry, the network, or geometry that asks the network.")
+    ] = Method.geometry,
     seed: SeedOption = 0,
     workers: ProcessesOption = _CORES,
     out: ReportOption = None,
@@ -73,7 +84,7 @@ def segmentation(
     import_pybullet_silently()
     from agent.evaluation.segmentation.measurement import measure_segmentation, print_segmentation
 
-    measure = partial(measure_segmentation, data, part.value, scenes, seed, workers)
+    measure = partial(measure_segmentation, data, part.value, scenes, seed, workers, method.value)
     finish(measure, print_segmentation, out, json_output)
 
 

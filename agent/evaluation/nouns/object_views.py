@@ -9,7 +9,7 @@ import numpy as np
 import open3d
 import trimesh
 
-from agent.evaluation.segmentation.sensors import SENSORS, DepthSensor, measured
+from agent.synthetic_tables.sensors import SENSORS, DepthSensor, measured
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.simulation.depth_camera import DepthCamera
 

@@ -11,8 +11,8 @@ import pybullet_data
 import trimesh
 
 from agent.evaluation.nouns.object_views import Surface, object_view
-from agent.evaluation.segmentation.shapes import PARTS
 from agent.perception.nouns.shape_features import COUNT, shape_features
+from agent.synthetic_tables.shapes import PARTS
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.objects.procedural import KINDS, procedural_object
 

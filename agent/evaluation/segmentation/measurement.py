@@ -22,12 +22,13 @@ from agent.evaluation.report import (
     report_frame,
 )
 from agent.evaluation.rows import LOST, Row, collect
-from agent.evaluation.segmentation.arrangements import ARRANGEMENTS
 from agent.evaluation.segmentation.labelled_clouds import LabelledCloud, labelled_files, read_labelled
 from agent.evaluation.segmentation.scores import scores_of
 from agent.evaluation.segmentation.synthetic_tables import synthetic_table
+from agent.perception.arbitration import DEFAULT
 from agent.perception.segmentation import segment
 from agent.recordings.recording import DepthFrame, Recording
+from agent.synthetic_tables.arrangements import ARRANGEMENTS
 from structdiffusion.parallel import in_parallel
 
 _ALL = "all"
@@ -35,7 +36,9 @@ _COUNTS = ("split", "swallowed", "missed", "phantoms")
 Job = Path | tuple[str, str, int, int]  # a file; or the class, part, seed and number of a synthetic table
 
 
-def measure_segmentation(data: Path | None, part: str, count: int, seed: int, workers: int) -> Row:
+def measure_segmentation(
+    data: Path | None, part: str, count: int, seed: int, workers: int, method: str = DEFAULT
+) -> Row:
     """Segment every cloud and compare it with its truth; return a JSON-ready report with a row for each.
 
     Args:
@@ -44,6 +47,7 @@ def measure_segmentation(data: Path | None, part: str, count: int, seed: int, wo
         count: synthetic tables of each class.
         seed: of the synthetic tables.
         workers: processes.
+        method: who tells objects apart, one of `METHODS`.
 
     Raises:
         BadInput: when the folder holds no labelled cloud, or one is damaged.
@@ -52,16 +56,17 @@ def measure_segmentation(data: Path | None, part: str, count: int, seed: int, wo
     if data is not None:
         jobs = list(labelled_files(data))
         read_labelled(jobs[0])  # a folder of other clouds is reported before any worker starts
-        command = command_line("segmentation", data=data)
+        command = command_line("segmentation", data=data, method=method)
     else:
         jobs = [(kind, part, seed, number) for kind in ARRANGEMENTS for number in range(count)]
-        command = command_line("segmentation", part=part, scenes=count, seed=seed)
-    rows, lost = collect("clouds segmented", in_parallel(_compare, tuple, (), jobs, workers), len(jobs))
+        command = command_line("segmentation", part=part, scenes=count, seed=seed, method=method)
+    rows, lost = collect("clouds segmented", in_parallel(_compare, str, (method,), jobs, workers), len(jobs))
     frame = report_frame(command, len(rows), None if data is not None else seed, (agent.perception,))
     kinds = list(dict.fromkeys(row["class"] for row in rows))
     aggregate = {kind: _rates([row for row in rows if kind in (_ALL, row["class"])]) for kind in (*kinds, _ALL)}
     return {
         **frame,
+        "method": method,
         "rows": rows,
         "aggregate": aggregate,
         LOST: [{"job": str(one.job), LOST: one.reason} for one in lost],
@@ -82,20 +87,20 @@ def print_segmentation(report: dict[str, Any], results: TextIO) -> None:
     print_footer(report, results, left_out_note(len(report[LOST])))
 
 
-def segmented(cloud: LabelledCloud) -> np.ndarray:
+def segmented(cloud: LabelledCloud, method: str = DEFAULT) -> np.ndarray:
     """Return what perception finds in a cloud: labels (H, W), objects from 1 on; none where no table is found."""
     recording = Recording(Path(cloud.name), DepthFrame(cloud.points, cloud.color))
     try:
-        return segment(recording).labels
+        return segment(recording, method).labels
     except BadInput:
         return np.zeros(cloud.labels.shape, dtype=np.int16)
 
 
-def _compare(_: object, job: Job) -> Row:
+def _compare(method: str, job: Job) -> Row:
     """Segment one cloud; return its row."""
     cloud = read_labelled(job) if isinstance(job, Path) else synthetic_table(*job)
     began = time.perf_counter()
-    labels = segmented(cloud)
+    labels = segmented(cloud, method)
     seconds = round(time.perf_counter() - began, 3)
     labels = np.where(np.isfinite(cloud.points).all(axis=-1), labels, 0)
     row: Row = {"name": cloud.name, "class": cloud.kind, "sensor": cloud.sensor}

@@ -8,8 +8,8 @@ import pytest
 
 from agent.evaluation.hard_scenes import KINDS, SIDES, _settled, condition_of, hard_scene
 from agent.evaluation.recordings import _Job, _record
-from agent.evaluation.segmentation.sensors import SENSORS
 from agent.recordings.load import read_recording
+from agent.synthetic_tables.sensors import SENSORS
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import SceneError, draw_scene
 from structdiffusion.footprints import clear_gap, turned

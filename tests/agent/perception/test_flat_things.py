@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
-from agent.evaluation.segmentation.sensors import SENSORS, measured
 from agent.perception.flat_things import with_flat_things
+from agent.synthetic_tables.sensors import SENSORS, measured
 
 EYE = np.array([0.0, 0.0, 0.9])
 SHAPE, FOCAL = (240, 320), 300.0

@@ -13,7 +13,7 @@ from agent.errors import BadInput
 from agent.evaluation.segmentation import synthetic_tables
 from agent.evaluation.segmentation.labelled_clouds import class_of, labelled_files, read_labelled
 from agent.evaluation.segmentation.measurement import measure_segmentation, print_segmentation
-from agent.evaluation.segmentation.sensors import SENSORS
+from agent.synthetic_tables.sensors import SENSORS
 
 
 def write_cloud(path, points, labels=None):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from agent.evaluation.segmentation.arrangements import ARRANGEMENTS, Arrangement, NoRoom
-from agent.evaluation.segmentation.sensors import SENSORS, facing, measured, shadowed
-from agent.evaluation.segmentation.shapes import PARTS, placed_footprint
 from agent.evaluation.segmentation.synthetic_tables import synthetic_table
+from agent.synthetic_tables.arrangements import ARRANGEMENTS, Arrangement, NoRoom
+from agent.synthetic_tables.sensors import SENSORS, facing, measured, shadowed
+from agent.synthetic_tables.shapes import PARTS, placed_footprint
 
 HALF = np.array([0.45, 0.6])
 

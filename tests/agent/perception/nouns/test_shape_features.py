@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from agent.evaluation.nouns.object_views import Surface, object_view
-from agent.evaluation.segmentation.shapes import PARTS
 from agent.perception.nouns.shape_features import COUNT, shape_features
 from agent.perception.nouns.shape_head import shape_head
+from agent.synthetic_tables.shapes import PARTS
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 EYE = np.array([-0.5, 0.1, 0.6])

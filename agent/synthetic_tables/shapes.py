@@ -16,7 +16,7 @@ import trimesh
 
 from structdiffusion.geometry import transform_points
 
-_SIDES = 40  # of a round object
+SIDES = 40  # of a round object
 _WALL = 0.0035  # m: the thickness of hollow objects
 Draw = Callable[[np.random.Generator], "Shape"]
 
@@ -51,54 +51,54 @@ class Shape:
 def _box(rng: np.random.Generator) -> Shape:
     long, wide = rng.uniform(0.07, 0.22), rng.uniform(0.05, 0.14)
     mesh = trimesh.creation.box((long, wide, rng.uniform(0.035, 0.22)))
-    return _standing("box", mesh, min(long, wide) / 2)
+    return standing("box", mesh, min(long, wide) / 2)
 
 
 def _flat_box(rng: np.random.Generator) -> Shape:
     long, wide = rng.uniform(0.12, 0.26), rng.uniform(0.10, 0.18)
-    return _standing("box", trimesh.creation.box((long, wide, rng.uniform(0.03, 0.07))), min(long, wide) / 2)
+    return standing("box", trimesh.creation.box((long, wide, rng.uniform(0.03, 0.07))), min(long, wide) / 2)
 
 
 def _tin(rng: np.random.Generator) -> Shape:
     radius, height = rng.uniform(0.03, 0.055), rng.uniform(0.05, 0.15)
-    return _turned("tin", [(0, 0), (radius, 0), (radius, height), (0, height)], top=radius)
+    return turned("tin", [(0, 0), (radius, 0), (radius, height), (0, height)], top=radius)
 
 
 def _lying_roll(rng: np.random.Generator) -> Shape:
-    mesh = trimesh.creation.cylinder(rng.uniform(0.025, 0.045), rng.uniform(0.1, 0.24), sections=_SIDES)
+    mesh = trimesh.creation.cylinder(rng.uniform(0.025, 0.045), rng.uniform(0.1, 0.24), sections=SIDES)
     mesh.apply_transform(trimesh.transformations.rotation_matrix(math.pi / 2, (0, 1, 0)))
-    return _standing("roll", mesh, 0.0)
+    return standing("roll", mesh, 0.0)
 
 
 def _bowl(rng: np.random.Generator) -> Shape:
     radius, height, foot = rng.uniform(0.06, 0.1), rng.uniform(0.045, 0.08), rng.uniform(0.4, 0.6)
     angles = np.linspace(0.0, math.pi / 2, 9)
     outer = [(radius * (foot + (1 - foot) * math.sin(a)), height * (1 - math.cos(a))) for a in angles]
-    return _hollow("bowl", outer)
+    return hollow("bowl", outer)
 
 
 def _cup(rng: np.random.Generator) -> Shape:
     radius, height = rng.uniform(0.033, 0.048), rng.uniform(0.07, 0.12)
-    return _hollow("cup", [(radius * rng.uniform(0.7, 0.95), 0.0), (radius, height)])
+    return hollow("cup", [(radius * rng.uniform(0.7, 0.95), 0.0), (radius, height)])
 
 
 def _mug(rng: np.random.Generator) -> Shape:
     radius, height = rng.uniform(0.036, 0.045), rng.uniform(0.08, 0.105)
-    ring = trimesh.creation.torus(0.28 * height, 0.005, major_sections=_SIDES, minor_sections=10)
+    ring = trimesh.creation.torus(0.28 * height, 0.005, major_sections=SIDES, minor_sections=10)
     ring.apply_transform(trimesh.transformations.rotation_matrix(math.pi / 2, (1, 0, 0)))
     ring.apply_translation((radius + 0.008, 0.0, height / 2))
     inside = np.linalg.norm(ring.triangles_center[:, :2], axis=1) < radius - _WALL / 2
     ring.update_faces(~inside)
-    return _hollow("mug", [(radius, 0.0), (radius, height)], ring)
+    return hollow("mug", [(radius, 0.0), (radius, height)], ring)
 
 
 def _plate(rng: np.random.Generator) -> Shape:
     radius, height = rng.uniform(0.09, 0.125), rng.uniform(0.014, 0.025)
-    return _hollow("plate", [(0.6 * radius, 0.0), (0.75 * radius, 0.004), (radius, height)])
+    return hollow("plate", [(0.6 * radius, 0.0), (0.75 * radius, 0.004), (radius, height)])
 
 
 def _ball(rng: np.random.Generator) -> Shape:
-    return _standing("ball", trimesh.creation.icosphere(3, rng.uniform(0.025, 0.042)), 0.0)
+    return standing("ball", trimesh.creation.icosphere(3, rng.uniform(0.025, 0.042)), 0.0)
 
 
 def _knife(rng: np.random.Generator) -> Shape:
@@ -130,41 +130,41 @@ def _gable(rng: np.random.Generator) -> Shape:
     points = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0.0, height)]
     points += [(x, 0.0, height + 0.35 * side) for x in (-1, 1)]
     mesh = trimesh.convex.convex_hull(np.array(points) * (side / 2, side / 2, 1.0))
-    return _standing("carton", mesh, 0.0)
+    return standing("carton", mesh, 0.0)
 
 
 def _rounded_box(rng: np.random.Generator) -> Shape:
     long, wide, height = rng.uniform(0.07, 0.2), rng.uniform(0.05, 0.12), rng.uniform(0.03, 0.12)
     corner = rng.uniform(0.008, 0.02)
     outline = shapely.box(-long / 2, -wide / 2, long / 2, wide / 2).buffer(-corner).buffer(corner)
-    return _standing("case", trimesh.creation.extrude_polygon(outline, height), min(long, wide) / 2)
+    return standing("case", trimesh.creation.extrude_polygon(outline, height), min(long, wide) / 2)
 
 
 def _bottle(rng: np.random.Generator) -> Shape:
     radius, height = rng.uniform(0.028, 0.042), rng.uniform(0.14, 0.24)
     neck, shoulder = rng.uniform(0.3, 0.45) * radius, rng.uniform(0.6, 0.72) * height
     profile = [(0, 0), (radius, 0), (radius, shoulder), (neck, shoulder + 0.9 * radius), (neck, height), (0, height)]
-    return _turned("bottle", profile)
+    return turned("bottle", profile)
 
 
 def _jar(rng: np.random.Generator) -> Shape:
     radius, height, lid = rng.uniform(0.03, 0.048), rng.uniform(0.06, 0.12), rng.uniform(0.75, 1.08)
     lip = height - 0.015
     profile = [(0, 0), (radius, 0), (radius, lip - 0.01), (lid * radius, lip), (lid * radius, height), (0, height)]
-    return _turned("jar", profile, top=0.9 * lid * radius)
+    return turned("jar", profile, top=0.9 * lid * radius)
 
 
 def _oval_tin(rng: np.random.Generator) -> Shape:
     long, wide = rng.uniform(0.07, 0.12), rng.uniform(0.045, 0.065)
-    angles = np.linspace(0.0, 2 * math.pi, _SIDES, endpoint=False)
+    angles = np.linspace(0.0, 2 * math.pi, SIDES, endpoint=False)
     outline = shapely.Polygon(np.column_stack((long / 2 * np.cos(angles), wide / 2 * np.sin(angles))))
-    return _standing("oval tin", trimesh.creation.extrude_polygon(outline, rng.uniform(0.03, 0.11)), wide / 2)
+    return standing("oval tin", trimesh.creation.extrude_polygon(outline, rng.uniform(0.03, 0.11)), wide / 2)
 
 
 def _hexagon_box(rng: np.random.Generator) -> Shape:
     radius = rng.uniform(0.035, 0.07)
     mesh = trimesh.creation.cylinder(radius, rng.uniform(0.04, 0.15), sections=6)
-    return _standing("hexagon box", mesh, 0.85 * radius)
+    return standing("hexagon box", mesh, 0.85 * radius)
 
 
 def _pan(rng: np.random.Generator) -> Shape:
@@ -172,24 +172,24 @@ def _pan(rng: np.random.Generator) -> Shape:
     grips = [trimesh.creation.box((0.03, 0.05, 0.012)) for _ in range(2)]
     for way, grip in zip((-1, 1), grips, strict=True):
         grip.apply_translation((way * (radius + 0.012), 0.0, 0.8 * height))
-    return _hollow("pan", [(0.95 * radius, 0.0), (radius, 0.01), (radius, height)], *grips)
+    return hollow("pan", [(0.95 * radius, 0.0), (radius, 0.01), (radius, height)], *grips)
 
 
 def _goblet(rng: np.random.Generator) -> Shape:
     radius, height = rng.uniform(0.034, 0.045), rng.uniform(0.08, 0.13)
-    return _hollow("beaker", [(0.8 * radius, 0.0), (0.72 * radius, 0.4 * height), (radius, height)])
+    return hollow("beaker", [(0.8 * radius, 0.0), (0.72 * radius, 0.4 * height), (radius, height)])
 
 
 def _lying_bar(rng: np.random.Generator) -> Shape:
     mesh = trimesh.creation.cylinder(rng.uniform(0.022, 0.04), rng.uniform(0.1, 0.22), sections=8)
     mesh.apply_transform(trimesh.transformations.rotation_matrix(math.pi / 8, (0, 0, 1)))
     mesh.apply_transform(trimesh.transformations.rotation_matrix(math.pi / 2, (0, 1, 0)))
-    return _standing("bar", mesh, 0.0)
+    return standing("bar", mesh, 0.0)
 
 
 def _saucer(rng: np.random.Generator) -> Shape:
     radius = rng.uniform(0.075, 0.13)
-    return _hollow("tray", [(0.85 * radius, 0.0), (0.9 * radius, 0.003), (radius, rng.uniform(0.018, 0.03))])
+    return hollow("tray", [(0.85 * radius, 0.0), (0.9 * radius, 0.003), (radius, rng.uniform(0.018, 0.03))])
 
 
 def _pear(rng: np.random.Generator) -> Shape:
@@ -199,7 +199,7 @@ def _pear(rng: np.random.Generator) -> Shape:
         (radius * math.sin(a) * (1.0 - 0.35 * (1 - math.cos(a)) / 2), height * (1 - math.cos(a)) / 2) for a in angles
     ]
     profile[0], profile[-1] = (0.0, 0.0), (0.0, height)
-    return _turned("pear", profile)
+    return turned("pear", profile)
 
 
 @dataclass(frozen=True)
@@ -243,20 +243,20 @@ PARTS = {
 }
 
 
-def _standing(kind: str, mesh: trimesh.Trimesh, top: float) -> Shape:
+def standing(kind: str, mesh: trimesh.Trimesh, top: float) -> Shape:
     mesh.apply_translation((0.0, 0.0, -mesh.bounds[0, 2]))
     return Shape(kind, mesh, top)
 
 
-def _turned(kind: str, profile: Sequence[tuple[float, float]], top: float = 0.0) -> Shape:
-    return Shape(kind, trimesh.creation.revolve(np.array(profile), sections=_SIDES), top)
+def turned(kind: str, profile: Sequence[tuple[float, float]], top: float = 0.0) -> Shape:
+    return Shape(kind, trimesh.creation.revolve(np.array(profile), sections=SIDES), top)
 
 
-def _hollow(kind: str, outer: Sequence[tuple[float, float]], *extra: trimesh.Trimesh) -> Shape:
+def hollow(kind: str, outer: Sequence[tuple[float, float]], *extra: trimesh.Trimesh) -> Shape:
     """Return a vessel with the outer (radius, z) profile, from the bottom up, and further parts such as a handle."""
     inner = [(radius - _WALL, max(z, _WALL)) for radius, z in reversed(outer)]
     inner[0] = (inner[0][0], outer[-1][1])
-    mesh = trimesh.creation.revolve(np.array([(0.0, 0.0), *outer, *inner, (0.0, _WALL)]), sections=_SIDES)
+    mesh = trimesh.creation.revolve(np.array([(0.0, 0.0), *outer, *inner, (0.0, _WALL)]), sections=SIDES)
     return Shape(kind, trimesh.util.concatenate([mesh, *extra]), floor=(_WALL, inner[-1][0]))
 
 

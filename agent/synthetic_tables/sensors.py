@@ -73,8 +73,8 @@ def measured(
     """
     shape = depth.shape
     seen = np.where(np.isfinite(depth), depth, 10.0)
-    seen = _fattened(seen, sensor, rng)
-    seen = _flying(seen, sensor, rng)
+    seen = fattened(seen, sensor, rng)
+    seen = flying(seen, sensor, rng)
     disparity = sensor.focal * sensor.baseline / seen
     noise = ndimage.gaussian_filter(rng.standard_normal(shape), sensor.correlation)
     disparity += sensor.noise * noise / noise.std()
@@ -127,7 +127,7 @@ def _slope(depth: np.ndarray, axis: int) -> np.ndarray:
     return np.where(np.abs(behind) < np.abs(ahead), behind, ahead)
 
 
-def _fattened(depth: np.ndarray, sensor: DepthSensor, rng: np.random.Generator) -> np.ndarray:
+def fattened(depth: np.ndarray, sensor: DepthSensor, rng: np.random.Generator) -> np.ndarray:
     """Grow near surfaces over far ones by a width that varies along their edges."""
     wide = ndimage.gaussian_filter(rng.random(depth.shape), 2 * _SPECKLE)
     rank = (wide - wide.min()) / np.ptp(wide)
@@ -139,7 +139,7 @@ def _fattened(depth: np.ndarray, sensor: DepthSensor, rng: np.random.Generator) 
     return grown
 
 
-def _flying(depth: np.ndarray, sensor: DepthSensor, rng: np.random.Generator) -> np.ndarray:
+def flying(depth: np.ndarray, sensor: DepthSensor, rng: np.random.Generator) -> np.ndarray:
     """Set some pixels at edges between the two surfaces."""
     near, far = ndimage.minimum_filter(depth, 3), ndimage.maximum_filter(depth, 3)
     edge = (far > 1.02 * near) & (rng.random(depth.shape) < sensor.flying)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from agent.evaluation.segmentation.shapes import Draw, Family, Shape, placed_footprint
+from agent.synthetic_tables.shapes import Draw, Family, Shape, placed_footprint
 from structdiffusion.geometry import pose_from_xyz_yaw
 
 _ATTEMPTS = 60
@@ -75,7 +75,7 @@ class Arrangement:
             x, y = self.rng.uniform(-self._reach, self._reach, 2) + middle
             pose = pose_from_xyz_yaw(x, y, 0.0, self.rng.uniform(-math.pi, math.pi))
             if self._free(placed_footprint(shape, pose), gap):
-                return self._put(shape, pose)
+                return self.put(shape, pose)
         raise NoRoom
 
     def touch(self, shape: Shape, other: int) -> int:
@@ -97,7 +97,7 @@ class Arrangement:
                     near = between
             pose = pose_from_xyz_yaw(*self._beside(anchor, way, far), 0.0, turn)
             if self._free(placed_footprint(shape, pose), 0.0):
-                return self._put(shape, pose)
+                return self.put(shape, pose)
         raise NoRoom
 
     def stack(self, shape: Shape, below: int) -> int:
@@ -106,7 +106,7 @@ class Arrangement:
         if under.shape.top <= 0.0 or shape.top > _WIDER * under.shape.top:
             raise NoRoom
         off = self.rng.uniform(0.0, 0.5 * under.shape.top)
-        return self._put(shape, self._above(under, off, under.shape.height), below)
+        return self.put(shape, self._above(under, off, under.shape.height), below)
 
     def put_inside(self, shape: Shape, vessel: int) -> int:
         """Set an object into a hollow one."""
@@ -117,7 +117,7 @@ class Arrangement:
         own = float(np.linalg.norm(np.array(shape.footprint.exterior.coords), axis=1).max())
         if own > radius + 0.01:
             raise NoRoom
-        return self._put(shape, self._above(under, self.rng.uniform(0.0, max(0.0, radius - own)), height), vessel)
+        return self.put(shape, self._above(under, self.rng.uniform(0.0, max(0.0, radius - own)), height), vessel)
 
     def hide(self, shape: Shape, front: int) -> int:
         """Place an object behind another, so that the camera sees part of it."""
@@ -128,7 +128,7 @@ class Arrangement:
             y = before.pose[1, 3] + self.rng.uniform(-0.09, 0.09)
             pose = pose_from_xyz_yaw(x, y, 0.0, self.rng.uniform(-math.pi, math.pi))
             if self._free(placed_footprint(shape, pose), 0.02):
-                return self._put(shape, pose)
+                return self.put(shape, pose)
         raise NoRoom
 
     def divide(self, shape: Shape, front: int) -> int:
@@ -169,12 +169,18 @@ class Arrangement:
                 y = math.copysign(self._half[1] - inset, y)
             pose = pose_from_xyz_yaw(x, y, 0.0, self.rng.uniform(-math.pi, math.pi))
             if self._free(placed_footprint(shape, pose), gap):
-                return self._put(shape, pose)
+                return self.put(shape, pose)
         raise NoRoom
 
-    def _put(self, shape: Shape, pose: np.ndarray, on: int | None = None) -> int:
+    def put(self, shape: Shape, pose: np.ndarray, on: int | None = None) -> int:
+        """Place an object at a pose (4, 4), whatever is there; return its index."""
         self.placed.append(Placed(shape, pose, on))
         return len(self.placed) - 1
+
+    def fits(self, shape: Shape, pose: np.ndarray) -> bool:
+        """Return whether an object at a pose (4, 4) would lie on the table and cut no other."""
+        outline = placed_footprint(shape, pose).buffer(-_MOST_JOINT)
+        return self._free(outline, 0.0)
 
     def _above(self, under: Placed, off: float, height: float) -> np.ndarray:
         angle = self.rng.uniform(-math.pi, math.pi)

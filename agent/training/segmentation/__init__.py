@@ -1,0 +1,1 @@
+"""Train the segmentation network: objects, scenes and views made on the fly, the network, its loss, and the loop."""

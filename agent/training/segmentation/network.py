@@ -1,0 +1,94 @@
+"""Define the segmentation network in torch: a small U-Net that works at half the input's resolution.
+
+It runs in numpy outside training (`agent.segmentation_network.network`); a test holds both together.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import torch
+from safetensors.torch import save_file
+from torch import nn
+from torch.nn import functional
+
+from agent.segmentation_network.features import CHANNELS
+from agent.segmentation_network.network import KIND, OUTPUTS
+from structdiffusion.models.checkpoint import CONFIG_NAME, WEIGHTS_NAME, Checkpointed
+
+
+@dataclass(frozen=True)
+class SegmentationConfig:
+    """The sizes of the network.
+
+    Attributes:
+        widths: channels at a half, a quarter, an eighth and a sixteenth of the input's resolution.
+    """
+
+    widths: tuple[int, ...] = (48, 96, 144, 192)
+
+
+class Block(nn.Sequential):
+    """A convolution, batch normalisation, and ReLU."""
+
+    def __init__(self, inner: int, outer: int, size: int = 3, stride: int = 1) -> None:
+        super().__init__(
+            nn.Conv2d(inner, outer, size, stride, size // 2, bias=False), nn.BatchNorm2d(outer), nn.ReLU(inplace=True)
+        )
+
+
+class SegmentationNetwork(Checkpointed):
+    """The network: for every pixel a class, a vote for the object's centre, and how sure it is of it."""
+
+    kind = KIND
+    Config = SegmentationConfig
+
+    def __init__(self, config: SegmentationConfig) -> None:
+        super().__init__()
+        self.config = config
+        widths = config.widths
+        self.down = nn.ModuleList(
+            nn.Sequential(Block(inner, outer, stride=stride), Block(outer, outer))
+            for inner, outer, stride in zip((4 * CHANNELS, *widths), widths, (1, 2, 2, 2), strict=False)
+        )
+        self.up = nn.ModuleList(
+            nn.Sequential(Block(below + beside, beside, 1), Block(beside, beside))
+            for below, beside in zip(widths[:0:-1], widths[-2::-1], strict=True)
+        )
+        self.head = nn.Conv2d(widths[0], 4 * OUTPUTS, 1)
+
+    def forward(self, maps: torch.Tensor) -> torch.Tensor:
+        """Return the outputs (B, OUTPUTS, H, W) of inputs (B, CHANNELS, H, W); H and W are even."""
+        levels = []
+        state = functional.pixel_unshuffle(maps, 2)
+        for block in self.down:
+            state = block(state)
+            levels.append(state)
+        for block, beside in zip(self.up, levels[-2::-1], strict=True):
+            larger = functional.interpolate(state, scale_factor=2.0, mode="nearest")
+            state = block(torch.cat((larger[..., : beside.shape[2], : beside.shape[3]], beside), dim=1))
+        return functional.pixel_shuffle(self.head(state), 2)
+
+    def save_pretrained(self, folder: str | Path) -> None:
+        """Write config and weights (half precision) as they are used: normalisation is part of the convolutions."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / CONFIG_NAME).write_text(json.dumps({"kind": self.kind, **asdict(self.config)}, indent=2) + "\n")
+        weights: dict[str, torch.Tensor] = {}
+        for name, module in self.named_modules():
+            if isinstance(module, Block):
+                weights |= {f"{name}.{key}": value for key, value in _folded(module[0], module[1]).items()}
+        weights |= {"head.weight": self.head.weight.detach(), "head.bias": self.head.bias.detach()}
+        save_file({name: value.half().contiguous().cpu() for name, value in weights.items()}, folder / WEIGHTS_NAME)
+
+
+@torch.no_grad()
+def _folded(convolution: nn.Conv2d, normalisation: nn.BatchNorm2d) -> dict[str, torch.Tensor]:
+    """Return the weight and bias of a convolution that does what both do."""
+    scale = normalisation.weight / torch.sqrt(normalisation.running_var + normalisation.eps)
+    return {
+        "weight": convolution.weight * scale[:, None, None, None],
+        "bias": normalisation.bias - normalisation.running_mean * scale,
+    }
