@@ -102,27 +102,27 @@ def _ball(rng: np.random.Generator) -> Shape:
 
 
 def _knife(rng: np.random.Generator) -> Shape:
-    return _standing("knife", trimesh.creation.box((rng.uniform(0.16, 0.24), rng.uniform(0.016, 0.025), 0.005)), 0.0)
+    return standing("knife", trimesh.creation.box((rng.uniform(0.16, 0.24), rng.uniform(0.016, 0.025), 0.005)), 0.0)
 
 
 def _booklet(rng: np.random.Generator) -> Shape:
     long, wide = rng.uniform(0.12, 0.21), rng.uniform(0.09, 0.15)
-    return _standing("booklet", trimesh.creation.box((long, wide, rng.uniform(0.005, 0.009))), 0.0)
+    return standing("booklet", trimesh.creation.box((long, wide, rng.uniform(0.005, 0.009))), 0.0)
 
 
 def _disc(rng: np.random.Generator) -> Shape:
-    mesh = trimesh.creation.cylinder(rng.uniform(0.06, 0.11), rng.uniform(0.006, 0.009), sections=_SIDES)
-    return _standing("disc", mesh, 0.0)
+    mesh = trimesh.creation.cylinder(rng.uniform(0.06, 0.11), rng.uniform(0.006, 0.009), sections=SIDES)
+    return standing("disc", mesh, 0.0)
 
 
 def _ruler(rng: np.random.Generator) -> Shape:
     mesh = trimesh.creation.box((rng.uniform(0.2, 0.3), rng.uniform(0.03, 0.045), rng.uniform(0.005, 0.007)))
-    return _standing("ruler", mesh, 0.0)
+    return standing("ruler", mesh, 0.0)
 
 
 def _hexagon_mat(rng: np.random.Generator) -> Shape:
     mesh = trimesh.creation.cylinder(rng.uniform(0.06, 0.1), rng.uniform(0.005, 0.009), sections=6)
-    return _standing("mat", mesh, 0.0)
+    return standing("mat", mesh, 0.0)
 
 
 def _gable(rng: np.random.Generator) -> Shape:
