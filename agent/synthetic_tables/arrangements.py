@@ -142,7 +142,7 @@ class Arrangement:
             x = before.pose[0, 3] + self.rng.uniform(0.08, 0.16)
             pose = pose_from_xyz_yaw(x, before.pose[1, 3] + self.rng.uniform(-0.02, 0.02), 0.0, yaw)
             if self._free(placed_footprint(shape, pose), 0.01):
-                return self._put(shape, pose)
+                return self.put(shape, pose)
         raise NoRoom
 
     def line_up(self, draws: Sequence[Draw]) -> None:
@@ -156,7 +156,7 @@ class Arrangement:
             pose[1, 3] = y - placed_footprint(shape, pose).bounds[1]
             y = placed_footprint(shape, pose).bounds[3] + self.rng.uniform(_CLOSE, 2 * _CLOSE)
             if self._free(placed_footprint(shape, pose), 0.0):
-                self._put(shape, pose)
+                self.put(shape, pose)
 
     def at_edge(self, shape: Shape, gap: float) -> int:
         """Place an object at an edge of the table."""

@@ -130,4 +130,5 @@ TRAINING = Family(
     hollow=(*_DEVELOPMENT.hollow, _vessel, _vessel, _vessel),
     small=(*_DEVELOPMENT.small, _stone, _stone, _any_box, _tin, _turned_body),
     tall=(*_DEVELOPMENT.tall, _upright_box, _turned_body, _prism),
+    flat=_DEVELOPMENT.flat,
 )  # fmt: skip

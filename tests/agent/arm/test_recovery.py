@@ -185,7 +185,7 @@ def test_stopped_again_while_it_folds_the_next_build_folds_first(bench):
 
 
 def test_interrupted_while_it_plans_nothing_moves(bench, monkeypatch):
-    def interrupted(*_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Search, "arrangement", interrupted)

@@ -53,7 +53,8 @@ def test_what_is_suggested_is_built(cache, sent, seed):
         assert conversation.go(), sent[-2:]
 
 
-def test_a_recording_without_nouns(cache):
+def test_a_recording_without_nouns(cache, monkeypatch):
+    monkeypatch.setattr("agent.perception.nouns.recognition.nouns_available", lambda: False)
     with cache.source("example", "ycb").set_out(0) as table:
         suggested = suggestion(table, table.look())
         assert suggested.text.startswith("put everything in a ")

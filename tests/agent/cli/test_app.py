@@ -358,7 +358,7 @@ def test_every_network_can_be_trained():
     from agent.training.train import _TASKS
 
     commands = [command.name for command in train_app.registered_commands]
-    assert commands == [*RECIPES, "parser", "llm", "goals"] and RECIPES.keys() == TITLES.keys() == _TASKS.keys()
+    assert commands == [*RECIPES, "parser", "llm", "goals", "segmentation"] and RECIPES.keys() == TITLES.keys() == _TASKS.keys()
 
 
 def test_defaults_of_the_parser_trainers_are_those_of_their_modules():
