@@ -13,6 +13,7 @@ import pytest
 import trimesh
 
 from agent.cli.app import command_line
+from agent.pipeline import film
 from tests.commands import structagent
 
 ROOT = Path(__file__).parents[3]
@@ -53,6 +54,9 @@ def timeless(value: object) -> object:
     if isinstance(value, dict):
         return {key: timeless(entry) for key, entry in value.items() if key != "seconds"}
     return [timeless(entry) for entry in value] if isinstance(value, list) else value
+
+
+FILM_INTERVAL = film.INTERVAL
 
 
 def reports_of(out: str) -> dict[str, object]:
@@ -250,6 +254,8 @@ def test_results_follow_from_the_seed_whoever_works_and_in_whatever_order(reques
     write("back.jsonl", *rows[::-1])
     assert command_line(["batch", "forth.jsonl", "--out", "forth", *FLAGS, "2"]) == 0
     request.getfixturevalue("in_this_process")
+    # The films of tests are short in this process, and not in that of a command.
+    request.getfixturevalue("monkeypatch").setattr("agent.pipeline.film.INTERVAL", FILM_INTERVAL)
     assert command_line(["batch", "back.jsonl", "--out", "back", *FLAGS, "1"]) == 0
     assert reports_of("forth") == reports_of("back")
     assert all(report["verdict"]["how"] == "arm" for report in reports_of("forth").values())

@@ -76,7 +76,9 @@ def test_synthetic_tables_are_measured_per_class(capsys, tmp_path, monkeypatch):
     assert command_line([*arguments.split(), str(out)]) == 0
     report = json.loads(capsys.readouterr().out)
     assert json.loads(out.read_text())["rows"] == report["rows"]
-    classes = ["apart", "touching", "stacked", "inside", "occluded", "mixed", "edge"]
+    classes = [
+        "apart", "touching", "stacked", "inside", "occluded", "mixed", "edge", "divided", "flat", "row", "wall", "empty"
+    ]  # fmt: skip
     assert [row["class"] for row in report["rows"]] == classes
     assert list(report["aggregate"]) == [*classes, "all"]
     total = sum(row["objects"] for row in report["rows"])
