@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -67,6 +68,24 @@ def ray_scene(parts: Sequence[Part]) -> open3d.t.geometry.RaycastingScene:
             open3d.core.Tensor(part.mesh.faces.astype(np.uint32)),
         )
     return scene
+
+
+def camera_pose(eye: np.ndarray, forward: np.ndarray, roll: float) -> np.ndarray:
+    """Return the pose (4, 4) of a camera; z forward, x right, y down.
+
+    Args:
+        eye: (3,) where it stands, metres.
+        forward: (3,) its direction of view, of length 1 and not vertical.
+        roll: about that direction, radians.
+    """
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    down = np.cross(forward, right)
+    pose = np.eye(4)
+    pose[:3, 0] = math.cos(roll) * right + math.sin(roll) * down
+    pose[:3, 1] = math.cos(roll) * down - math.sin(roll) * right
+    pose[:3, 2], pose[:3, 3] = forward, eye
+    return pose
 
 
 def camera_rays(camera: np.ndarray, focal: float, width: int, height: int) -> np.ndarray:

@@ -128,10 +128,8 @@ def _of_its_own_objects(turn: Turn, read: SpokenReading) -> GoalRevision | None:
     """
     if not turn.last.parts or _orders(turn) or ALL_THERE.search(turn.text):
         return None
-    if any(part.objects is None for part in read.goal.structures):
-        edit = edited(turn)
-        return edit if edit is not None and edit.status in ("ok", "ask") else _refused(turn, None)
-    if not _is_new(turn):  # "the biggest in the middle"
+    everything = any(part.objects is None for part in read.goal.structures)
+    if everything or not _is_new(turn):  # "around the plate", "the biggest in the middle"
         edit = edited(turn)
         return edit if edit is not None and edit.status in ("ok", "ask") else _refused(turn, None)
     own = turn.last.parts[0].objects
@@ -147,9 +145,7 @@ def _said_besides(turn: Turn, read: SpokenReading) -> GoalRevision | None:
     new = {one for part in read.goal.parts for one in objects_of(read.goal, part.objects)}
     old = {one for part in turn.last.parts for one in objects_of(turn.last, part.objects)}
     open_ = any(part.objects is None for goal in (read.goal, turn.last) for part in goal.structures)
-    if turn.built or _orders(turn) or open_ or not new or new & old:
-        return None
-    if not _is_new(turn):
+    if turn.built or _orders(turn) or open_ or not new or new & old or not _is_new(turn):
         return None
     try:
         goal = added(turn.last, read.goal)

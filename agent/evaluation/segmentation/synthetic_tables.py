@@ -14,6 +14,7 @@ from agent.synthetic_tables.rendering import (
     TABLE,
     WALL,
     Part,
+    camera_pose,
     camera_rays,
     cast,
     colors,
@@ -101,15 +102,7 @@ def _camera(rng: np.random.Generator) -> np.ndarray:
     eye = target + distance * np.array(
         [-math.cos(rise) * math.cos(turn), -math.cos(rise) * math.sin(turn), math.sin(rise)]
     )
-    forward = (target - eye) / distance
-    right = np.cross(forward, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
-    down = np.cross(forward, right)
-    pose = np.eye(4)
-    pose[:3, 0] = math.cos(roll) * right + math.sin(roll) * down
-    pose[:3, 1] = math.cos(roll) * down - math.sin(roll) * right
-    pose[:3, 2], pose[:3, 3] = forward, eye
-    return pose
+    return camera_pose(eye, (target - eye) / distance, roll)
 
 
 def _surroundings(half: np.ndarray, rng: np.random.Generator, at_wall: bool) -> list[Part]:

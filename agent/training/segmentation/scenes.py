@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 
 from agent.synthetic_tables.arrangements import ARRANGEMENTS, Arrangement, NoRoom, Placed
-from agent.synthetic_tables.rendering import FLOOR, TABLE, WALL, Part, looks, object_part
+from agent.synthetic_tables.rendering import FLOOR, TABLE, WALL, Part, camera_pose, looks, object_part
 from agent.synthetic_tables.shapes import Shape
 from agent.training.segmentation.objects import TRAINING
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
@@ -134,15 +134,7 @@ def training_camera(placed: list[Placed], rng: np.random.Generator) -> np.ndarra
     distance, rise = rng.uniform(0.6, 1.35), math.radians(rng.uniform(18.0, 75.0))
     turn, roll = rng.uniform(-math.pi, math.pi), math.radians(rng.normal(0.0, 4.0))
     toward = np.array([-math.cos(rise) * math.cos(turn), -math.cos(rise) * math.sin(turn), math.sin(rise)])
-    forward = -toward
-    right = np.cross(forward, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
-    down = np.cross(forward, right)
-    pose = np.eye(4)
-    pose[:3, 0] = math.cos(roll) * right + math.sin(roll) * down
-    pose[:3, 1] = math.cos(roll) * down - math.sin(roll) * right
-    pose[:3, 2], pose[:3, 3] = forward, target + distance * toward
-    return pose
+    return camera_pose(target + distance * toward, -toward, roll)
 
 
 def level_from(camera: np.ndarray) -> np.ndarray:
