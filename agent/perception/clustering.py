@@ -13,6 +13,7 @@ VOXEL = 0.004  # m
 _STEEP = 5.7  # depth by width: a surface seen at ten degrees, at which no camera measures it well
 _STEP = 0.004  # m of depth at 1 m: the noise and the steps of a Kinect, which grow with the square of the distance
 _LARGE_STEP = 0.03  # m: more is no noise of any camera up to 2 m
+_END = 0.15  # of a large step: what lies within that of one of its ends belongs to the surface there
 _REACH = 2.5  # voxels within which two of them are neighbours; less than the finger's width between objects
 _WIDEST_REACH = 0.018  # m
 _STRAY = 3.0  # standard deviations of the distance to the neighbours, beyond which a voxel is a flying pixel
@@ -80,10 +81,14 @@ def bridging(points: np.ndarray) -> np.ndarray:
         with np.errstate(invalid="ignore"):
             steep |= np.abs(ahead[..., 2] - behind[..., 2]) > _STEEP * across + _STEP * points[..., 2] ** 2
         # Beside the camera's axis, a slope between two surfaces leans away from it, and would never seem steep: a large
-        # step is measured along the line of sight.
+        # step is measured along the line of sight. What lies at one end of the step is no slope but an edge: of a thing
+        # a few pixels wide, nothing else would be left.
         across = np.linalg.norm(np.roll(sight, -1, axis) - np.roll(sight, 1, axis), axis=-1) * distance
-        with np.errstate(invalid="ignore"):
-            steep |= np.abs(np.roll(distance, -1, axis) - np.roll(distance, 1, axis)) > _STEEP * across + _LARGE_STEP
+        far, near = np.roll(distance, -1, axis), np.roll(distance, 1, axis)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = (distance - near) / (far - near)
+            between = np.abs(share - 0.5) < 0.5 - _END
+            steep |= between & (np.abs(far - near) > _STEEP * across + _LARGE_STEP)
     return steep
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from agent.perception.circle_fitting import circle_through
 from agent.perception.color import differ
 
 _LEAST = 30  # voxels of a part that is looked at
@@ -97,17 +98,13 @@ def _one_face(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.nd
 def _one_cylinder(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> bool:
     """Return whether two sides, each its places and normals (V, 2) seen from above, lie on one circle."""
     places, normals = np.vstack((one[0], other[0])), np.vstack((one[1], other[1]))
-    off = places - places.mean(axis=0)
-    # |p|^2 = 2 c . p + (r^2 - |c|^2) is linear in the middle c.
-    terms = np.column_stack((2 * off, np.ones(len(off))))
-    (x, y, rest), _, rank, _ = np.linalg.lstsq(terms, (off**2).sum(axis=1), rcond=None)
-    radius = float(np.sqrt(max(rest + x * x + y * y, 0.0)))
-    if rank < 3 or not _RADII[0] < radius < _RADII[1]:
+    middle, radius = circle_through(places)
+    if not _RADII[0] < radius < _RADII[1]:
         return False
-    outward = off - (x, y)
+    outward = places - middle
     away = np.linalg.norm(outward, axis=1)
     facing = (normals * outward).sum(axis=1) / np.maximum(away, 1e-9)
-    halves = np.arange(len(off)) < len(one[0])
+    halves = np.arange(len(places)) < len(one[0])
     return all(
         np.sqrt(np.mean((away[half] - radius) ** 2)) < _OFF and facing[half].mean() > _ROUND
         for half in (halves, ~halves)

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from agent.perception.circle_fitting import circle_through
+
 _WALL = 0.7  # upward part of a normal from which on a surface is no wall
 _LEAST_WALL = 10  # voxels
 _LEAST = 15  # voxels of a part that is looked at
@@ -24,6 +26,8 @@ _FOOT = 0.03  # m above the lower end of the inside, up to where the outside rea
 _RIM = 0.005  # m above the walls: the rim itself is level too
 _MOST_WALL, _LEVEL = 0.4, 0.2  # of a bottom's voxels are wall, and its hollowness: what stands there faces outward
 _INNER_SHARE = 0.8  # of a bottom lies between the walls, seen from above
+_RIM_DEPTH = 0.015  # m between a broad rim and the upper end of its walls, and beyond it
+_WIDEST_RIM, _RING = 0.15, 0.2  # m of its radius, and the spread of its voxels about a circle, of that: a disc has 0.24
 
 
 def hollowness(positions: np.ndarray, normals: np.ndarray) -> float:
@@ -108,7 +112,8 @@ def _one_vessel(one: _Part, other: _Part) -> bool:
     """Return whether two parts belong to one vessel."""
     if one.outline.distance(other.outline) > _NEAR:
         return False
-    return _walls_of_one(one, other) or _is_bottom(one, other) or _is_bottom(other, one)
+    ways = ((one, other), (other, one))
+    return _walls_of_one(one, other) or any(_is_bottom(*way) or _is_rim(*way) for way in ways)
 
 
 def _walls_of_one(one: _Part, other: _Part) -> bool:
@@ -142,6 +147,20 @@ def _is_bottom(bottom: _Part, vessel: _Part) -> bool:
         return False
     within = shapely.contains_xy(vessel.outline.buffer(0.004), bottom.positions[:, 0], bottom.positions[:, 1]).mean()
     return bool(within > _INNER_SHARE)
+
+
+def _is_rim(rim: _Part, vessel: _Part) -> bool:
+    """Return whether a part is the broad rim of a vessel: a level ring, or as much of one as is seen, about the axis
+    that its walls face.
+    """
+    if not vessel.has_walls or abs(rim.low - vessel.high) > _RIM_DEPTH or rim.walls.mean() > _MOST_WALL:
+        return False
+    axis, radius = circle_through(rim.positions[:, :2])
+    off = np.linalg.norm(rim.positions[:, :2] - axis, axis=1) - radius
+    if not 0.0 < radius < _WIDEST_RIM or float(np.sqrt(np.mean(off**2))) > _RING * radius:
+        return False
+    facing, away = vessel.facing(axis)
+    return facing > _ABOUT and _AS_FAR * radius < away < radius + _RIM_DEPTH
 
 
 def _axis(one: _Part, other: _Part) -> np.ndarray:

@@ -30,3 +30,10 @@ def test_a_face_that_is_seen_at_an_angle_is_a_surface(turn):
     """An upright plane 0.9 m away, turned by nearly 60 degrees."""
     depth = 0.9 / (1.0 + np.tan(turn) * COLUMNS)
     assert not bridging(points_of(depth))[24, 2:-2].any()
+
+
+@pytest.mark.parametrize("wide", [1, 3])
+def test_a_thing_of_a_few_pixels_at_the_picture_s_side_is_no_slope(wide):
+    depth = np.full(SHAPE[1], 0.8)
+    depth[600 : 600 + wide] = 0.7
+    assert not bridging(points_of(depth))[24, 600 : 600 + wide].any()

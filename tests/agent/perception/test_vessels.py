@@ -1,6 +1,7 @@
 """The inside of a cup belongs to its outside; what stands in it or beside it does not."""
 
 import numpy as np
+import pytest
 
 from agent.perception.vessels import vessels_closed
 
@@ -72,3 +73,22 @@ def test_the_front_of_a_box_behind_another_is_no_inside():
         for x, top in zip((0.0, 0.075), tops, strict=True)
     )
     assert len(set(joined(near, far))) == 2
+
+
+def level_ring(inner, outer, height, near_half=False):
+    """A ring that faces up, or the half of it on the camera's side: positions and normals."""
+    positions, normals = level_disc(outer, height)
+    away = np.hypot(positions[:, 0], positions[:, 1])
+    kept = (away > inner) & ((positions[:, 0] < 0.0) | (not near_half))
+    return positions[kept], normals[kept]
+
+
+@pytest.mark.parametrize("near_half", [False, True])
+def test_the_broad_rim_of_a_cup_is_one_with_its_inside(near_half):
+    inside = wall(0.037, 0.01, 0.074, 1, False)
+    assert len(set(joined(inside, level_ring(0.035, 0.045, 0.073, near_half)))) == 1
+
+
+def test_a_lid_on_a_cup_is_itself():
+    inside = wall(0.037, 0.01, 0.074, 1, False)
+    assert len(set(joined(inside, level_disc(0.045, 0.073)))) == 2
