@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from agent.perception.clustering import Voxels
 from agent.perception.color import differ
-from agent.perception.network_masks import Masks
+from agent.perception.masks import Masks
 
 GEOMETRY, NETWORK, BOTH = "geometry", "network", "both"
 METHODS = (GEOMETRY, NETWORK, BOTH)

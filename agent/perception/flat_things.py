@@ -30,6 +30,29 @@ _OWN = 0.5  # of a low object lies in the patch: it is a part of it
 
 
 @dataclass(frozen=True)
+class TableView:
+    """P points about a table, as a camera sees them.
+
+    Attributes:
+        level: (P, 3) in the frame of the table's plane, metres.
+        heights: (P,) above the table, metres.
+        contrast: (P,) how many standard deviations of the table's colour each point is away from it.
+        pixels: (P,) the place of each point in the flattened picture.
+        shape: (H, W) of the picture.
+        eye: (3,) where the camera is.
+        outline: of the table.
+    """
+
+    level: np.ndarray
+    heights: np.ndarray
+    contrast: np.ndarray
+    pixels: np.ndarray
+    shape: tuple[int, int]
+    eye: np.ndarray
+    outline: shapely.Polygon
+
+
+@dataclass(frozen=True)
 class _Picture:
     """What is known of each pixel (H, W); heights and places are NaN where nothing was measured.
 
@@ -50,35 +73,20 @@ class _Picture:
     low: np.ndarray
 
 
-def with_flat_things(
-    labels: np.ndarray,
-    level: np.ndarray,
-    heights: np.ndarray,
-    contrast: np.ndarray,
-    pixels: np.ndarray,
-    shape: tuple[int, int],
-    eye: np.ndarray,
-    outline: shapely.Polygon,
-) -> np.ndarray:
+def with_flat_things(labels: np.ndarray, view: TableView) -> np.ndarray:
     """Return the objects' labels with those of flat things added, or grown where a part of them was known.
 
     Args:
         labels: (P,) the object of each point, counted from 0; -1 where there is none.
-        level: (P, 3) in the frame of the table's plane, metres.
-        heights: (P,) above the table, metres.
-        contrast: (P,) how many standard deviations of the table's colour each point is away from it.
-        pixels: (P,) the place of each point in the flattened picture.
-        shape: (H, W) of the picture.
-        eye: (3,) where the camera is.
-        outline: of the table.
+        view: the points.
     """
-    picture = _picture(labels, level, heights, contrast, pixels, shape, eye, outline)
+    picture = _picture(labels, view)
     patches, count = ndimage.label(ndimage.binary_opening(picture.candidates))
     sizes = np.bincount(patches.ravel(), minlength=count + 1)
     found, known = picture.labels.copy(), int(labels.max(initial=-1)) + 1
     for index in [k for k in np.argsort(-sizes[1:]) + 1 if sizes[k] >= _LEAST_PIXELS][:_MOST]:
         patch = ndimage.binary_fill_holes(patches == index) & picture.candidates
-        if not _could_be(patch, picture, outline) or not _is_step(patch, picture):
+        if not _could_be(patch, picture, view.outline) or not _is_step(patch, picture):
             continue
         inside = np.unique(picture.labels[patch & (picture.labels >= 0)])
         own = [k for k in inside if (picture.labels[patch] == k).sum() > _OWN * (picture.labels == k).sum()]
@@ -87,7 +95,7 @@ def with_flat_things(
             continue  # it is known already
         found[patch | np.isin(picture.labels, own)] = known
         known += 1
-    named = found.ravel()[pixels]
+    named = found.ravel()[view.pixels]
     kept = np.unique(named[named >= 0])
     return np.where(named >= 0, np.searchsorted(kept, named), -1)
 
@@ -99,34 +107,31 @@ def _continued(patch: np.ndarray, picture: _Picture) -> list[int]:
     return np.flatnonzero(border > _LONG * around.sum()).tolist()
 
 
-def _picture(
-    labels: np.ndarray,
-    level: np.ndarray,
-    heights: np.ndarray,
-    contrast: np.ndarray,
-    pixels: np.ndarray,
-    shape: tuple[int, int],
-    eye: np.ndarray,
-    outline: shapely.Polygon,
-) -> _Picture:
+def _picture(labels: np.ndarray, view: TableView) -> _Picture:
     def spread(values: np.ndarray, other: float) -> np.ndarray:
-        whole = np.full((shape[0] * shape[1], *values.shape[1:]), other, dtype=np.result_type(values, type(other)))
-        whole[pixels] = values
-        return whole.reshape(*shape, *values.shape[1:])
+        size = view.shape[0] * view.shape[1]
+        whole = np.full((size, *values.shape[1:]), other, dtype=np.result_type(values, type(other)))
+        whole[view.pixels] = values
+        return whole.reshape(*view.shape, *values.shape[1:])
 
+    level, heights = view.level, view.heights
     low = np.array([np.percentile(heights[labels == k], 95) < _LOW for k in range(int(labels.max(initial=-1)) + 1)])
     free = (labels < 0) | (np.append(low, False)[labels] if len(low) else True)
     near = np.abs(heights) < _HIGHEST
-    near[near] = shapely.contains_xy(outline, level[near, 0], level[near, 1])
+    near[near] = shapely.contains_xy(view.outline, level[near, 0], level[near, 1])
     there = spread(near & free, False)
-    colored = spread(near & free & (contrast > _CONTRAST), False)
+    colored = spread(near & free & (view.contrast > _CONTRAST), False)
     # The fringe of an object is neither table nor a thing.
     fringe = ndimage.binary_dilation(spread(~free, False), iterations=_RING_PIXELS[0])
     return _Picture(
-        spread(heights, np.nan), spread(level[:, :2], np.nan), spread(np.linalg.norm(level - eye, axis=1), np.nan),
-        spread(labels, -1), colored & ~fringe, there & ~fringe & ~ndimage.binary_dilation(colored, iterations=2),
-        spread(free & (labels >= 0), False),
-    )  # fmt: skip
+        heights=spread(heights, np.nan),
+        places=spread(level[:, :2], np.nan),
+        distances=spread(np.linalg.norm(level - view.eye, axis=1), np.nan),
+        labels=spread(labels, -1),
+        candidates=colored & ~fringe,
+        bare=there & ~fringe & ~ndimage.binary_dilation(colored, iterations=2),
+        low=spread(free & (labels >= 0), False),
+    )
 
 
 def _could_be(patch: np.ndarray, picture: _Picture, outline: shapely.Polygon) -> bool:

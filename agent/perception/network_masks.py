@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.perception.masks import Masks
 from agent.segmentation_network.features import WIDTH, chosen_of_blocks, features
 from agent.segmentation_network.network import Seen, SegmentationNetwork
 
@@ -16,25 +17,6 @@ _LEAST = 25  # pixels of the picture of 160 x 120: what is smaller is left to ge
 _NEW = 0.5  # of the votes about a seed belong to no object yet
 _MOST = 80  # objects
 _OBJECT = 0.5  # probability of a pixel that votes
-
-
-@dataclass(frozen=True)
-class Masks:
-    """The objects that the network sees among P points.
-
-    Attributes:
-        of_point: (P,) the mask of each point, counted from 0; -1 where there is none.
-        share: (P,) the probability that each point belongs to an object at all.
-        certainty: (M,) how well the votes of each mask agree: 1 is best.
-        centres: (M, 3) the mean vote of each, metres.
-        spreads: (M,) metres.
-    """
-
-    of_point: np.ndarray
-    share: np.ndarray
-    certainty: np.ndarray
-    centres: np.ndarray
-    spreads: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ from agent.perception.arbitration import DEFAULT, GEOMETRY, Arbiter
 from agent.perception.clustering import at_border, bridging
 from agent.perception.color import contrast, lab
 from agent.perception.description import oriented_box, shape_words
-from agent.perception.flat_things import with_flat_things
+from agent.perception.flat_things import TableView, with_flat_things
 from agent.perception.height_map import table_relief
-from agent.perception.network_masks import Sight, network_masks, pixel_pitch
 from agent.perception.object_clusters import WIDEST, Tint, find_objects
 from agent.perception.seen_colors import color_names, light_of
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
@@ -24,7 +23,6 @@ from agent.perception.table_extent import reachable, seen_rectangle
 from agent.perception.table_plane import FARTHEST, on_walls, table_plane
 from agent.perception.world_frame import base_from_camera, world_frame
 from agent.recordings.recording import Recording
-from agent.segmentation_network.network import shipped_network
 from structdiffusion.geometry import transform_points
 
 _ARM_CLEARANCE = 0.03  # m about the arm's own model: what is nearer is the arm, its cables, and the noise at its edges
@@ -65,6 +63,10 @@ def segment(recording: Recording, method: str = DEFAULT) -> Segments:
         tint = Tint(colors, contrast(colors, flat, pixels, shape))
     eye, arbiter = plane.level_from_camera[:3, 3], None
     if method != GEOMETRY and frame.organised:
+        # Geometry alone, the default, needs no network.
+        from agent.perception.network_masks import Sight, network_masks, pixel_pitch
+        from agent.segmentation_network.network import shipped_network
+
         sight = Sight(
             level, relief.heights, eye, pixels, shape, pixel_pitch(frame.points), None if tint is None else tint.lab
         )
@@ -72,9 +74,8 @@ def segment(recording: Recording, method: str = DEFAULT) -> Segments:
     level = np.column_stack((level[:, :2], relief.heights))
     found = find_objects(level, eye, relief, steep, border, tint, arbiter)
     if tint is not None and frame.organised:
-        named = with_flat_things(
-            found.labels, level, relief.heights, tint.contrast, pixels, shape, eye, relief.outline
-        )  # fmt: skip
+        view = TableView(level, relief.heights, tint.contrast, pixels, shape, eye, relief.outline)
+        named = with_flat_things(found.labels, view)
         found = replace(found, labels=named, count=int(named.max(initial=-1)) + 1)
     flat &= found.labels < 0
     flat[flat] = shapely.contains_xy(relief.outline, level[flat, 0], level[flat, 1])

@@ -5,7 +5,7 @@ import pytest
 
 from agent.perception.arbitration import BOTH, GEOMETRY, NETWORK, Arbiter, divided, united
 from agent.perception.clustering import Voxels
-from agent.perception.network_masks import Masks
+from agent.perception.masks import Masks
 from agent.perception.segmentation import segment
 from structdiffusion.objects.procedural import procedural_object
 

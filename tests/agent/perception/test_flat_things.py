@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from agent.perception.flat_things import with_flat_things
+from agent.perception.flat_things import TableView, with_flat_things
 from agent.synthetic_tables.sensors import SENSORS, measured
 
 EYE = np.array([0.0, 0.0, 0.9])
@@ -25,7 +25,8 @@ def looked_at(patch, thick, sensor=None, seed=0, labels=None):
     level = np.stack((x, y, EYE[2] - depth), axis=-1).reshape(-1, 3)
     contrast = np.where(patch, 9.0, np.abs(rng.normal(0.0, 1.0, SHAPE))).ravel()
     known = np.full(level.shape[0], -1) if labels is None else labels.ravel()
-    found = with_flat_things(known, level, level[:, 2], contrast, np.arange(len(level)), SHAPE, EYE, OUTLINE)
+    view = TableView(level, level[:, 2], contrast, np.arange(len(level)), SHAPE, EYE, OUTLINE)
+    found = with_flat_things(known, view)
     return found.reshape(SHAPE)
 
 

@@ -2,6 +2,8 @@
 
 import math
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -258,3 +260,9 @@ def test_points_of_a_segment_are_its_pixels(mixed, found):
         own = found.labels == number
         assert own.sum() == len(one.points) == len(one.colors)
         np.testing.assert_allclose(world[own][:, :2], one.points[:, :2], atol=0.001)
+
+
+def test_geometry_alone_loads_no_network():
+    program = "import sys, agent.perception.segmentation; print(*(name for name in sys.modules if '_network' in name))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
