@@ -29,7 +29,8 @@ import agent.scenes
 import grounding
 from agent import events
 from agent.errors import exit_code_of, one_sentence
-from agent.evaluation.hard_scenes import HardScene, View, condition_of, hard_scene
+from agent.evaluation.hard_scenes import condition_of, hard_scene
+from agent.evaluation.recorded_masks import RecordingJob, compare_masks, record_job
 from agent.evaluation.report import (
     REPORT,
     command_line,
@@ -50,41 +51,18 @@ from agent.recordings.recording import RecordedOptions
 from agent.rendering.text import number
 from agent.runtime.worker_pool import Workforce
 from agent.scenes.digital_twin import RecordedSource
-from agent.scenes.files import write_scene
-from agent.scenes.object_placement import drawn_objects, saved_objects
-from agent.scenes.record_bag import CAMERA_RATE, record_session, write_session
-from agent.scenes.sources import FileSource
-from agent.scenes.table_scene import TableScene
 from grounding.corpus.grammar import sentences
 from grounding.references.selection import mentioned
 from grounding.spec import SHAPES
-from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, full_spec
+from structdiffusion.data.scene_sampling import SceneError, draw_scene, full_spec
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.parallel import Lost
-from structdiffusion.simulation.visible_points import MIN_POINTS
 from structdiffusion.worker_process import WORKER_DIED
 
-_MATCHED = 0.5  # intersection over union above which a found mask counts as that object's
 _DRAWS = 200
 _CONDITIONS = ("kind", "side", "sensor")  # keys of a row about a hard scene
 _PACKAGES = (agent.arm, agent.recordings, agent.perception, agent.scenes, grounding)  # whose code decides the rows
-
-
-@dataclass(frozen=True)
-class _Job:
-    """A scene to measure; `hard` has other places for its objects than `drawn`, and the view to record."""
-
-    structure: str
-    number: int
-    seed: int
-    drawn: DrawnScene
-    hard: HardScene | None = None
-
-    @property
-    def poses(self) -> list[np.ndarray]:
-        """Return the pose (4, 4) of each object."""
-        return list(self.drawn.world_from_initial if self.hard is None else self.hard.world_from_initial)
 
 
 @dataclass(frozen=True)
@@ -168,13 +146,14 @@ def print_recordings(report: dict[str, Any], results: TextIO) -> None:
     print_footer(report, results, missing_note(lost, "scene"))
 
 
-def _draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) -> _Job:
+def _draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) -> RecordingJob:
     """Draw a scene in which every object takes part and is seen by the camera."""
     structure, count = place
     for draw in range(_DRAWS):
         rng = np.random.default_rng((seed, SHAPES.index(structure), count, draw))
         try:
-            return _Job(structure, count, seed, draw_scene(library, full_spec(structure, rng), rng, distractors=0))
+            drawn = draw_scene(library, full_spec(structure, rng), rng, distractors=0)
+            return RecordingJob(structure, count, seed, drawn)
         except SceneError:
             continue
     raise SceneError(f"no {structure} could be drawn from {objects} in {_DRAWS} attempts")
@@ -196,12 +175,12 @@ def _compare_hard_runs(options: RunOptions, cache: ResourceCache, job: _HardJob)
             hard = hard_scene(drawn, condition, rng)
         except SceneError:
             continue
-        row = _compare_runs(options, cache, _Job(job.structure, job.number, job.seed, drawn, hard))
+        row = _compare_runs(options, cache, RecordingJob(job.structure, job.number, job.seed, drawn, hard))
         return row | dict(zip(_CONDITIONS, (condition.kind, condition.side, condition.sensor.name), strict=True))
     raise SceneError(f"no {condition.kind} {job.structure} could be drawn from {options.objects} in {_DRAWS} attempts")
 
 
-def _compare_runs(options: RunOptions, cache: ResourceCache, job: _Job) -> Row:
+def _compare_runs(options: RunOptions, cache: ResourceCache, job: RecordingJob) -> Row:
     """Record one scene, perceive it, and build it in simulation and on the recording; return its row."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
     options = replace(options, seed=seed)
@@ -215,7 +194,7 @@ def _compare_runs(options: RunOptions, cache: ResourceCache, job: _Job) -> Row:
         "objects": [each.name for each in drawn.models],
     }
     with TemporaryDirectory() as name:
-        recording = _record(job, options.objects, seed, Path(name))
+        recording = record_job(job, options.objects, seed, Path(name))
         row["simulated"] = _failure(words, replace(options, scene=str(recording.scene)), cache)
         began = time.perf_counter()
         try:
@@ -227,65 +206,11 @@ def _compare_runs(options: RunOptions, cache: ResourceCache, job: _Job) -> Row:
             row |= {"found": 0, "exact": False, "iou": 0.0, "recorded": reason, "same": row["simulated"] is not None}
             return row | {"seconds": round(time.perf_counter() - began, 3)}
         row["seconds"] = round(time.perf_counter() - began, 3)
-        found, nouns = _compare_masks(recording, source)
+        found, nouns = compare_masks(recording, source)
         recorded = RecordedOptions(nouns=nouns if job.structure == "table setting" else {})
         options = replace(options, scene=str(recording.bag), recorded=recorded)
         row |= {**found, "recorded": _failure(words, options, cache)}
     return row | {"same": (row["simulated"] is None) == (row["recorded"] is None)}
-
-
-@dataclass(frozen=True)
-class _Recording:
-    """A recorded scene.
-
-    Attributes:
-        scene, bag: its files.
-        masks: name of each visible object -> its true mask (H, W).
-        nouns: name of each object -> its noun.
-    """
-
-    scene: Path
-    bag: Path
-    masks: dict[str, np.ndarray]
-    nouns: dict[str, str]
-
-
-def _record(job: _Job, objects: str, seed: int, folder: Path) -> _Recording:
-    """Write the scene of a job as a scene file, and record it into a bag."""
-    drawn, scene, bag = job.drawn, folder / "scene.yaml", folder / "recording.bag"
-    poses = job.poses
-    write_scene(saved_objects(drawn_objects(drawn.models, poses, objects), poses, folder), scene)
-    with FileSource(scene).set_out(seed) as table:
-        if job.hard is None:
-            record_session(table, bag, np.random.default_rng(seed))
-            truth = table.world.look().segmentation
-            masks = {name: truth == body for name, body in zip(table.names, table.world.bodies, strict=True)}
-        else:
-            masks = dict(zip(table.names, _recorded_view(table, job.hard.view, bag), strict=True))
-        nouns = dict(zip(table.names, (each.category for each in table.models), strict=True))
-    return _Recording(scene, bag, {name: mask for name, mask in masks.items() if mask.sum() >= MIN_POINTS}, nouns)
-
-
-def _recorded_view(table: TableScene, view: View, bag: Path) -> np.ndarray:
-    """Record one measurement into a bag, not several to average over; return the masks (M, H, W) of the objects."""
-    write_session(table, view.camera, view.color, lambda: view.depth, bag, seconds=1.0 / CAMERA_RATE)
-    return view.masks
-
-
-def _compare_masks(recording: _Recording, source: RecordedSource) -> tuple[Row, dict[str, str]]:
-    """Compare the found masks with the true ones; return the row's keys about them, and a noun for each found object.
-    """
-    overlaps = _overlaps(recording.masks, source.segments.labels)
-    best = overlaps.max(axis=1, initial=0.0)  # of each true object
-    count = len(source.segments.objects)
-    exact = count == len(recording.masks) and bool((best > _MATCHED).all())
-    row = {"found": count, "exact": exact, "iou": round(float(best.mean()), 4), "ious": best.round(3).tolist()}
-    names = list(recording.masks)
-    nouns = {
-        each.name: recording.nouns[names[int(overlaps[:, k].argmax())]]
-        for k, each in enumerate(source.segments.objects)
-    }
-    return row, nouns
 
 
 def _failure(words: str, options: RunOptions, cache: ResourceCache) -> str | None:
@@ -294,14 +219,6 @@ def _failure(words: str, options: RunOptions, cache: ResourceCache) -> str | Non
         if isinstance(event, events.Failed):
             return event.message
     return None
-
-
-def _overlaps(masks: dict[str, np.ndarray], labels: np.ndarray) -> np.ndarray:
-    """Return the intersection over union (true objects, found objects) of the masks."""
-    found = [labels == k + 1 for k in range(max(0, int(labels.max())))]
-    return np.array(
-        [[(mask & other).sum() / max(1, (mask | other).sum()) for other in found] for mask in masks.values()]
-    ).reshape(len(masks), len(found))
 
 
 def _rates(rows: Sequence[Row]) -> Row:

@@ -9,18 +9,16 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.arm.grasps import can_be_grasped
-from agent.errors import BadInput, NotBuildable, UsageError
+from agent.errors import BadInput, NotBuildable
 from agent.perception.nouns.recognition import with_nouns
 from agent.perception.overlay import labelled_picture
 from agent.perception.segmentation import segment
-from agent.perception.segments import Segment, Segments
 from agent.recordings.load import read_recording
 from agent.recordings.recording import RecordedOptions
 from agent.scenes.files import PlacedObject
@@ -28,48 +26,23 @@ from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_at
 from agent.scenes.object_placement import placement_of, saved_objects
 from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
+from agent.scenes.recorded_objects import UNKNOWN, RecordedObject, recorded_objects
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
-from grounding.references.attributes import COLOR_WORDS, ObjectAttributes, SceneObject
-from grounding.references.object_names import read_name
+from grounding.references.attributes import SceneObject
 from grounding.references.selection import Selection
-from structdiffusion.completion.bodies import bodies_of
 from structdiffusion.data.scene_sampling import SceneError
-from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel
-from structdiffusion.observation import ObjectCloud, Scene, Table
+from structdiffusion.objects.model import SURFACE_POINTS
+from structdiffusion.observation import ObjectCloud, Scene
 from structdiffusion.simulation.depth_camera import camera_at
 
 if TYPE_CHECKING:
     from grounding.interpreter import Interpretation
 
-_UNKNOWN = "object"
 _MESHES = "meshes"  # the folder beside a saved scene file
 _SETTLE_SECONDS = 1.0
 _FELL = "fell off the table as the twin came to rest"
 _STAYS = 0.01  # m: a body that moves farther while the twin comes to rest was completed badly, and that is said
-
-
-@dataclass(frozen=True)
-class RecordedObject:
-    """One object of a recording and its body in the twin.
-
-    Attributes:
-        name: "object 3", or "mug 3" if the user named it.
-        display_name: what an instruction can call it: "mug 3, red, tall", if the user or the picture named it.
-        attributes: its colour and size, as far as they were seen.
-        cloud: its observed cloud.
-        model: its completed body.
-        world_from_object: (4, 4) where that stands.
-        trouble: why the arm cannot grasp it, or empty.
-    """
-
-    name: str
-    display_name: str
-    attributes: ObjectAttributes
-    cloud: ObjectCloud
-    model: ObjectModel
-    world_from_object: np.ndarray
-    trouble: str
 
 
 class RecordedSource:
@@ -99,7 +72,7 @@ class RecordedSource:
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.called = options.nouns
-        self.objects = _objects(self.segments, options)
+        self.objects = recorded_objects(self.segments, options)
         self.referents = [
             SceneObject(each.display_name, attributes_at(each.attributes, each.world_from_object))
             for each in self.objects
@@ -120,7 +93,7 @@ class RecordedSource:
     def hint(self) -> str:
         """See `SceneSource`."""
         hints = self._left_out()
-        unnamed = next((each.name for each in self.objects if each.model.category == _UNKNOWN), None)
+        unnamed = next((each.name for each in self.objects if each.model.category == UNKNOWN), None)
         if unnamed is not None:
             picture = labelled_picture(self.recording, self.segments)
             hints.append(how_to_name(self.segments.objects, unnamed, picture))
@@ -204,40 +177,6 @@ class RecordedSource:
             )  # fmt: skip
             standing.append(StandingObject(placed, each.name, each.model, pose_of[each.name], file.resolve()))
         return saved_objects(standing, [pose_of[each.name] for each in standing], folder)
-
-
-def _objects(segments: Segments, options: RecordedOptions) -> tuple[RecordedObject, ...]:
-    """Return the found objects as bodies that stand on the table without overlap."""
-    names = [found.name for found in segments.objects]
-    if unknown := sorted(set(options.nouns) - set(names)):
-        raise UsageError(f"--call names {unknown[0]!r}, which was not found; there are: {', '.join(names)}")
-    clouds, display_names = [], []
-    for found in segments.objects:
-        taken = found.noun or _UNKNOWN
-        said = options.nouns.get(found.name, taken)
-        noun = read_name(said).head or said
-        name = found.name.replace(_UNKNOWN, options.nouns.get(found.name, _UNKNOWN), 1)
-        clouds.append(ObjectCloud(name, noun, found.points, found.colors, bottom=found.bottom))
-        display_names.append(found.display_name.replace(taken, said, 1))
-    bodies = bodies_of(clouds, segments.world_from_camera)
-    return tuple(
-        RecordedObject(cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table))
-        for found, cloud, words, (model, pose) in zip(segments.objects, clouds, display_names, bodies, strict=True)
-    )
-
-
-def _attributes(found: Segment) -> ObjectAttributes:
-    """Return the colours that perception named, and the sides of the box that it found."""
-    colors = [COLOR_WORDS[each.word][0] for each in found.color_names]
-    length, width, height = found.sides.tolist()
-    return ObjectAttributes(tuple(colors), (length, width, height))
-
-
-def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) -> str:
-    """Say why the arm cannot grasp an object; empty if it can."""
-    if table.overhang(world_from_object[None, :2, 3]) > 0.0:
-        return "out of the arm's reach"
-    return "" if can_be_grasped(cloud.points, cloud.bottom) else "no grasp fits the hand"
 
 
 class RecordedScene(TableScene):

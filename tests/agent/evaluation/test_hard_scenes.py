@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from agent.evaluation.hard_scenes import KINDS, SIDES, _settled, condition_of, hard_scene
-from agent.evaluation.recordings import _Job, _record
+from agent.evaluation.recorded_masks import RecordingJob, record_job
 from agent.recordings.load import read_recording
 from agent.synthetic_tables.sensors import SENSORS
 from grounding.spec import StructureSpec
@@ -62,8 +62,8 @@ def test_objects_that_are_inside_each_other_are_no_scene(drawn):
 
 
 def test_the_bag_holds_what_the_sensor_measured_from_its_side(drawn, stacked, tmp_path):
-    job = _Job("line", 0, 5, replace(drawn, world_from_initial=stacked.world_from_initial), stacked)
-    recording = _record(job, "procedural", 5, tmp_path)
+    job = RecordingJob("line", 0, 5, replace(drawn, world_from_initial=stacked.world_from_initial), stacked)
+    recording = record_job(job, "procedural", 5, tmp_path)
     frame = read_recording(recording.bag).frame
     depth = stacked.view.depth
     both = np.isfinite(depth) & np.isfinite(frame.points[..., 2])

@@ -11,7 +11,8 @@ import pytest
 from agent.cli.app import command_line
 from agent.errors import UsageError
 from agent.evaluation import recordings
-from agent.evaluation.recordings import _compare_runs, _Job, _overlaps, _rates, print_recordings
+from agent.evaluation.recorded_masks import RecordingJob, overlaps_of
+from agent.evaluation.recordings import _compare_runs, _rates, print_recordings
 from agent.evaluation.report import report_by_structure, report_frame
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
@@ -28,16 +29,16 @@ def test_masks_are_compared_by_what_they_share():
     truth["a"][:, :3], truth["b"][:2, 3:] = True, True
     labels = np.full((4, 6), -1)
     labels[:, 3:], labels[:2, :3] = 1, 2  # the first found holds all of b and as much again, the second half of a
-    np.testing.assert_allclose(_overlaps(truth, labels), [[0.0, 0.5], [0.5, 0.0]])
-    assert _overlaps(truth, np.full((4, 6), -1)).shape == (2, 0)
+    np.testing.assert_allclose(overlaps_of(truth, labels), [[0.0, 0.5], [0.5, 0.0]])
+    assert overlaps_of(truth, np.full((4, 6), -1)).shape == (2, 0)
 
 
 @pytest.fixture(scope="module")
-def job() -> _Job:
+def job() -> RecordingJob:
     library = load_objects(LIBRARY)
     blocks = [model for model in library if model.category in ("block", "can")]
     spec = StructureSpec("line", size="medium", x_position="left")
-    return _Job("line", 0, 5, draw_scene(blocks, spec, np.random.default_rng(2), count=3, distractors=0))
+    return RecordingJob("line", 0, 5, draw_scene(blocks, spec, np.random.default_rng(2), count=3, distractors=0))
 
 
 def test_a_planner_that_is_not_there_is_known_before_any_scene_is_drawn(monkeypatch):
