@@ -30,6 +30,7 @@ from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE, SlotReader
 from grounding.parsers.spelling import mend
 from grounding.spec import FIRST_SHAPES, SLOTS
+from grounding.training.precision import quick_steps
 from grounding.training.slot_network import SlotNetwork
 
 # The encoder has six layers. Its lowest two stay as they are and the others learn: with all six frozen,
@@ -146,8 +147,7 @@ def loss_of(network: SlotNetwork, encoder: SentenceEncoder, batch: Sequence[Labe
     states = encoder.token_states(
         [mend(entry.text, encoder.whole_words).text for entry in batch], ENCODER_LAYER
     )
-    # bfloat16 halves the time of a step; the weights stay float32.
-    with torch.autocast("cpu", dtype=torch.bfloat16):
+    with quick_steps():
         votes = network(torch.from_numpy(states.hidden), torch.from_numpy(states.mask))
     return loss_of_votes(votes, batch)
 
