@@ -165,6 +165,10 @@ def train_goals(
         typer.Option(metavar="DIR", help="Network to start from; by default the layers of the embedding parser."),
     ] = None,
     learning_rate: Annotated[float, typer.Option(metavar="X", help="Peak learning rate.")] = GOAL_LEARNING_RATE,
+    corrections: Annotated[
+        float,
+        typer.Option(metavar="SHARE", min=0.0, max=1.0, help="Share of the tasks that are corrections of a goal."),
+    ] = 0.0,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:
@@ -178,7 +182,7 @@ def train_goals(
     check_folder(out)
     from agent.training.parsers import train_goal_network
 
-    train_goal_network(out, steps, start, learning_rate, seed, threads)
+    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections)
 
 
 @train_app.command("segmentation")

@@ -85,7 +85,9 @@ def train_goal_adapter(out: Path, steps: int, start: Path | None, rate: float, s
     train(GoalTraining(out, steps, start or ADAPTER, rate, seed, threads), _print_progress)
 
 
-def train_goal_network(out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int) -> None:
+def train_goal_network(
+    out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, corrections: float = 0.0
+) -> None:
     """Train the network that reads goals of several parts, and write it to the folder `out`.
 
     Args:
@@ -95,6 +97,7 @@ def train_goal_network(out: Path, steps: int, start: Path | None, rate: float, s
         rate: peak learning rate, above 0.
         seed: of initial weights and sentences.
         threads: of torch.
+        corrections: share of the tasks that are corrections of a goal, 0 to 1.
 
     Raises:
         UsageError: for a network to start from that cannot be used, or an illegal rate.
@@ -104,7 +107,8 @@ def train_goal_network(out: Path, steps: int, start: Path | None, rate: float, s
     from grounding.training.goal_reader import GoalNetworkTraining, train
 
     try:
-        train(GoalNetworkTraining(out, steps, start, rate, seed=seed, threads=threads), _print_progress)
+        options = GoalNetworkTraining(out, steps, start, rate, corrections, seed=seed, threads=threads)
+        train(options, _print_progress)
     except GoalNetworkError as error:
         raise UsageError(f"--start: {error}") from error
 

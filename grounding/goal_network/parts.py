@@ -12,7 +12,7 @@ from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.tokens import split
 
-_DIAMETER = re.compile(r"\b(?:diameter|across|wide|width)\b", re.IGNORECASE)
+DIAMETER = re.compile(r"\b(?:diameter|across|wide|width)\b", re.IGNORECASE)
 
 
 class UnreadLengthError(ValueError):
@@ -40,7 +40,7 @@ def parts_of(written: WrittenGoal, text: str) -> WrittenParts:
     Raises:
         UnreadLengthError: for a length that is none.
     """
-    return _Parts(written, _lengths(text), _DIAMETER.search(text) is not None).read()
+    return _Parts(written, _lengths(text), DIAMETER.search(text) is not None).read()
 
 
 def _lengths(text: str) -> dict[str, float]:

@@ -13,7 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from grounding.goal_network.parts import UnreadLengthError, parts_of
+from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
+from grounding.goal_network.parts import DIAMETER, UnreadLengthError, parts_of
 from grounding.goal_network.writer import NetworkWriter, WrittenGoal
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.feasibility import infeasible, too_few
@@ -68,6 +69,7 @@ class NetworkReading:
         described: whether more than nouns chose the objects.
         notes: remarks for the user.
         uncopied: words of the instruction that are in no phrase for objects or lengths.
+        answer: what was written in place of a goal, a word of `NO_GOAL`; "" for a goal.
     """
 
     goal: Goal | None = None
@@ -77,6 +79,7 @@ class NetworkReading:
     described: bool = False
     notes: tuple[str, ...] = ()
     uncopied: tuple[str, ...] = ()
+    answer: str = ""
 
 
 @dataclass
@@ -103,35 +106,72 @@ class SecondReader:
         Raises:
             GoalNetworkError: for weights that cannot be used.
         """
-        if self._loaded is None:
-            self._loaded = self.writer()
-        if self._last is None or self._last[0] != text:  # a scene that is known later changes nothing here
-            self._last = text, self._loaded.write(text)
-        written = self._last[1]
+        written = self._written(text)  # a scene that is known later changes nothing here
         if written is None:
             return NetworkReading()
-        there = None
-        if objects is not None:
-            there = [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
+        return self._resolved(written, text, _scene_objects(objects), catalogue)
+
+    def correct(self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None]) -> NetworkReading:
+        """Read what is said about a goal.
+
+        Args:
+            goal: so far, in the speaker's frame; its objects are indices.
+            text: what is said.
+            objects: of the scene.
+
+        Returns:
+            The whole goal after it.
+
+        Raises:
+            GoalNetworkError: for weights that cannot be used.
+        """
+        there = _scene_objects(objects) or []
+        rendition = rendition_of(goal, there)
+        written = self._written(f"{rendition.text} {text}")
+        if written is None or (DIAMETER.search(text) and "radius" in rendition.text):
+            return NetworkReading()
+        return self._resolved(AfterGoal(written.words, written.actions, written.certainty, rendition), text, there)
+
+    def _written(self, text: str) -> WrittenGoal | None:
+        if self._loaded is None:
+            self._loaded = self.writer()
+        if self._last is None or self._last[0] != text:
+            self._last = text, self._loaded.write(text)
+        return self._last[1]
+
+    def _resolved(
+        self, written: WrittenGoal, text: str, there: list[SceneObject] | None, catalogue: bool = False
+    ) -> NetworkReading:
+        """Find the objects of a written goal."""
         names = None if there is None else [each.name for each in there]
         find = SceneReferences(there, self.encoder, catalogue, self.opposite)
         nouns = Vocabulary(FORMS) if names is None else vocabulary(names)
+        known = written.rendition.known if isinstance(written, AfterGoal) else {}
+        said = " ".join(written.words) if isinstance(written, AfterGoal) else text
         try:
-            found = parts_of(written, text)
+            found = parts_of(written, said)
             if found.answer:
-                return NetworkReading(certainty=written.certainty)
-            goal = WrittenReferences(found.parts, find, nouns, found.kept, text).goal()
+                return NetworkReading(certainty=written.certainty, answer=found.answer)
+            goal = WrittenReferences(found.parts, find, nouns, found.kept, text, known).goal()
         except ReadingQuestion as doubt:
             return NetworkReading(certainty=written.certainty, question=doubt.question)
         except (UnusableGoalError, UnreadLengthError):
             return NetworkReading()
-        known = None if catalogue else names
-        if contradiction(goal, known) or (known is not None and (infeasible(goal, known) or too_few(goal, len(known)))):
+        listed = None if catalogue else names
+        if contradiction(goal, listed) or (
+            listed is not None and (infeasible(goal, listed) or too_few(goal, len(listed)))
+        ):
             return NetworkReading()
         return NetworkReading(
             goal, written.certainty, None, tuple(dict.fromkeys(find.nouns)), find.described,
             tuple(dict.fromkeys(find.notes)), written.uncopied,
         )  # fmt: skip
+
+
+def _scene_objects(objects: Sequence[SceneObject | str | None] | None) -> list[SceneObject] | None:
+    if objects is None:
+        return None
+    return [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
 
 
 @dataclass(frozen=True)

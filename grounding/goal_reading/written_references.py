@@ -6,8 +6,9 @@ the grammar's reader.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from grounding.goal_reading.noun_phrase import NounPhrase
@@ -40,6 +41,7 @@ class WrittenReferences:
         nouns: the words for what is there.
         kept: words for objects that are to stay as they are, or that are left out of the structures.
         text: the instruction; "blue" may be a cup by its other words.
+        known: phrases whose objects are known, as those of the goal that a correction speaks of.
     """
 
     def __init__(
@@ -49,8 +51,10 @@ class WrittenReferences:
         nouns: Vocabulary,
         kept: Sequence[str] = (),
         text: str = "",
+        known: Mapping[str, tuple[int, ...]] = MappingProxyType({}),
     ) -> None:
         self.parts, self.find, self.nouns, self.kept, self.text = parts, find, nouns, kept, text
+        self.known = known
 
     def goal(self) -> Goal:
         """Return the goal.
@@ -81,7 +85,7 @@ class WrittenReferences:
                     places.append((number, key))
         named = len(groups)
         groups += [PhraseGroup((text,), "kept") for text in self.kept]
-        objects = self.objects(groups)
+        objects = self._with_known(groups)
         parts = [dict(part) for part in self.parts]
         for (number, key), each in zip(places, objects, strict=False):
             if isinstance(each, Exception):
@@ -93,6 +97,21 @@ class WrittenReferences:
                 raise each
             kept += [one for one in each or () if one not in kept]
         return [*(self._apart(part) for part in parts), kept]
+
+    def _with_known(self, groups: Sequence[PhraseGroup]) -> list[list[Any] | None | Exception]:
+        """Find the objects of all phrases, of which some are known."""
+        if not self.known:
+            return self.objects(groups)
+        unknown = [replace(group, texts=tuple(t for t in group.texts if t not in self.known)) for group in groups]
+        read = iter(self.objects([group for group in unknown if group.texts]))
+        found: list[list[Any] | None | Exception] = []
+        for group, other in zip(groups, unknown, strict=True):
+            more = next(read) if other.texts else []
+            if isinstance(more, list):
+                own = [index for text in group.texts for index in self.known.get(text, ())]
+                more = list(dict.fromkeys((*own, *more)))
+            found.append(more)
+        return found
 
     def objects(self, groups: Sequence[PhraseGroup]) -> list[list[Any] | None | Exception]:
         """Find the objects of all phrases of a goal.

@@ -49,10 +49,12 @@ class LabelledGoal:
     Attributes:
         words: of the instruction, in small letters.
         steps: what should be written, the end included.
+        said_from: the place from which on they are said; the words before render a goal.
     """
 
     words: tuple[str, ...]
     steps: tuple[Step, ...]
+    said_from: int = 0
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,13 @@ def goal_lines() -> tuple[GoalLine, ...]:
     return tuple(GoalLine(*row) for row in csv.reader(text.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE))
 
 
-def labelled(text: str, label: str) -> LabelledGoal:
+def labelled(text: str, label: str, said_from: int = 0) -> LabelledGoal:
     """Make the network's task of an instruction and its label.
+
+    Args:
+        text: the instruction, or a rendition of a goal and what is said about it.
+        label: its line.
+        said_from: the place of the first word after the rendition.
 
     Raises:
         LabelError: for a label that the network cannot write for this instruction.
@@ -90,7 +97,7 @@ def labelled(text: str, label: str) -> LabelledGoal:
     steps = [_keyword(line)] if line in NO_GOAL else [s for part in line.split(";") for s in _part(words, part)]
     steps.append(_keyword("<end>"))
     _check(steps)
-    return LabelledGoal(tuple(words), tuple(steps))
+    return LabelledGoal(tuple(words), tuple(steps), said_from)
 
 
 def _keyword(name: str) -> Step:

@@ -14,6 +14,7 @@ from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF, STAR
 from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.training.goal_lines import LabelledGoal
+from grounding.training.precision import quick_steps
 from grounding.training.slot_network import encoder_layer
 
 UPPER = 6 - ENCODER_LAYER
@@ -144,8 +145,7 @@ class GoalBatch:
 
     def loss(self, network: GoalNetwork) -> torch.Tensor:
         """Return the mean negative log-likelihood of an action; of several right ones any will do."""
-        # bfloat16 halves the time of a step; the weights stay float32.
-        with torch.autocast("cpu", dtype=torch.bfloat16):
+        with quick_steps():
             memory = network.remembered(self.states, self.pieces, self.first)
             logits = network(memory, self.words, self.kinds, self.values)
         logits, right = logits.float()[self.asked], self.right[self.asked]

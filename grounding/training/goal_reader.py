@@ -1,8 +1,9 @@
 """Train the goal network (`structagent train goals`): about an hour on one core.
 
 Most instructions are the labelled ones of `language/goal_lines.tsv`, varied at every use; the others are drawn by
-`grounding.training.goal_sentences`. Every twelfth labelled instruction, chosen by its checksum, is never trained on:
-its loss is reported, and confidences are chosen on these instructions.
+`grounding.training.goal_sentences`. On request a share of the tasks are corrections of goals, labelled
+(`language/goal_corrections.tsv`) or drawn. Every twelfth labelled text, chosen by its checksum, is never trained on:
+the loss on these is reported, and confidences are chosen on them.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from safetensors.torch import save_file
 from torch import nn
 
 from grounding.goal_network.vocabulary import KEYWORDS
-from grounding.goal_network.writer import ENCODER_LAYER, NetworkWriter
+from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID, NetworkWriter
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
 from grounding.parsers.sentence_encoder import SentenceEncoder
+from grounding.training.goal_corrections import DrawnCorrections, GoalCorrection, corrected, goal_corrections
 from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, goal_lines, labelled
 from grounding.training.goal_network import UPPER, GoalBatch, GoalNetwork
 from grounding.training.goal_sentences import GoalSentences
@@ -33,6 +35,7 @@ STEPS = 4000
 LEARNING_RATE = 6e-4
 UPPER_RATE = 0.2  # of the layers that know English already
 DRAWN = 0.3  # share of the sentences that are drawn
+DRAWN_CORRECTIONS = 0.2  # share of the corrections that are drawn
 WARM_UP = 200
 HELD_OUT = 12
 
@@ -46,18 +49,20 @@ class GoalNetworkTraining:
         steps: of the optimiser, on 64 instructions each.
         start: folder of a network to train further; `None` starts from the layers of the shipped parser.
         rate: peak learning rate.
+        corrections: share of the tasks that are corrections of a goal.
         dropout: of the network's layers.
         seed: of the instructions, the initial weights and dropout.
         threads: of torch; only one repeats exactly.
 
     Raises:
-        ValueError: for no step, no thread, or a rate that is not positive.
+        ValueError: for no step, no thread, a rate that is not positive, or a share outside 0 to 1.
     """
 
     out: Path
     steps: int = STEPS
     start: Path | None = None
     rate: float = LEARNING_RATE
+    corrections: float = 0.0
     dropout: float = 0.1
     seed: int = 0
     threads: int = 1
@@ -66,10 +71,12 @@ class GoalNetworkTraining:
         if self.steps < 1 or self.threads < 1 or not self.rate > 0.0:
             given = f"{self.steps}, {self.threads}, {self.rate}"
             raise ValueError(f"steps and threads must be at least 1 and the rate positive, not {given}")
+        if not 0.0 <= self.corrections <= 1.0:
+            raise ValueError(f"the share of corrections cannot be {self.corrections}; legal values: 0 to 1")
 
 
-def held_out(line: GoalLine) -> bool:
-    """Return whether an instruction is never trained on."""
+def held_out(line: GoalLine | GoalCorrection) -> bool:
+    """Return whether a text is never trained on."""
     return zlib.crc32(line.text.encode()) % HELD_OUT == 5
 
 
@@ -86,15 +93,15 @@ def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda l
     torch.set_num_threads(options.threads)
     encoder = SentenceEncoder()
     rng = np.random.default_rng(options.seed)
-    rows = [row for line in goal_lines() if not held_out(line) and (row := _labelled(line)) is not None]
-    unseen = [row for line in goal_lines() if held_out(line) and (row := _labelled(line)) is not None]
+    texts = _Texts.of(np.random.default_rng(rng.integers(2**32)), options.corrections > 0.0)
+    unseen = [_tasks(each, seen=False) for each in (goal_lines(), goal_corrections())]
     with torch.random.fork_rng():
         torch.manual_seed(options.seed)  # initial weights and dropout know no generator of their own
         network = _initial(encoder, options)
         optimiser, schedule = _optimiser(network, options)
         started = saved = time.perf_counter()
         recent: list[float] = []
-        for step, batch in enumerate(_batches(rows, rng, options.steps), start=1):
+        for step, batch in enumerate(_batches(texts, rng, options.steps, options.corrections), start=1):
             loss = GoalBatch.of(encoder, batch).loss(network.train())
             optimiser.zero_grad()
             loss.backward()
@@ -103,7 +110,8 @@ def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda l
             schedule.step()
             recent.append(loss.item())
             if step % 50 == 0 or step == options.steps:
-                losses = f"loss {np.mean(recent[-50:]):.3f}, held out {loss_of(network, encoder, unseen):.3f}"
+                held = ", ".join(f"{loss_of(network, encoder, rows):.3f}" for rows in unseen)
+                losses = f"loss {np.mean(recent[-50:]):.3f}, held out {held}"
                 report(f"step {step} of {options.steps}, {losses}, {time.perf_counter() - started:.0f} s")
             if time.perf_counter() - saved > 180 or step == options.steps:
                 save(network, encoder, options.out, step)
@@ -128,33 +136,67 @@ def loss_of(network: GoalNetwork, encoder: SentenceEncoder, rows: Sequence[Label
     return float(np.mean([GoalBatch.of(encoder, rows[k : k + BATCH]).loss(network).item() for k in starts]))
 
 
-def _labelled(line: GoalLine) -> LabelledGoal | None:
-    """Return the network's task; `None` for the few labels that it cannot write, as with more than nine parts."""
-    try:
-        return labelled(line.text, line.label)
-    except LabelError:
-        return None
+@dataclass(frozen=True)
+class _Texts:
+    """What is trained on.
+
+    Attributes:
+        instructions, corrections: labelled.
+        sentences: draws instructions.
+        follow_ups: draws corrections.
+    """
+
+    instructions: Sequence[LabelledGoal]
+    corrections: Sequence[LabelledGoal]
+    sentences: GoalSentences
+    follow_ups: DrawnCorrections
+
+    @classmethod
+    def of(cls, rng: np.random.Generator, corrections: bool) -> _Texts:
+        lines = [line for line in goal_lines() if not held_out(line)] if corrections else []
+        own, corrections = _tasks(goal_lines(), seen=True), _tasks(goal_corrections(), seen=True)
+        return cls(own, corrections, GoalSentences(rng), DrawnCorrections(lines, rng))
+
+    def draw(self, rng: np.random.Generator, corrections: float) -> LabelledGoal:
+        """Draw a task, a correction with this probability, and vary it."""
+        if rng.random() < corrections:
+            drawn = rng.random() < DRAWN_CORRECTIONS
+            task = self.follow_ups.draw() if drawn else self.corrections[rng.integers(len(self.corrections))]
+        elif rng.random() < DRAWN:
+            sentence = self.sentences.draw()
+            task = labelled(sentence.text, sentence.line)
+        else:
+            task = self.instructions[rng.integers(len(self.instructions))]
+        return varied(task, rng)
 
 
-def _batches(rows: Sequence[LabelledGoal], rng: np.random.Generator, steps: int) -> Iterator[list[LabelledGoal]]:
-    """Draw batches of instructions of like length."""
-    sentences = GoalSentences(np.random.default_rng(rng.integers(2**32)))
+def _tasks(texts: Sequence[GoalLine | GoalCorrection], seen: bool) -> list[LabelledGoal]:
+    """Return the tasks of labelled texts, without the few labels that the network cannot write."""
+    found = []
+    for each in texts:
+        if held_out(each) == seen:
+            continue
+        try:
+            task = corrected(each).task if isinstance(each, GoalCorrection) else labelled(each.text, each.label)
+        except LabelError:
+            continue  # as with more than nine parts
+        if len(task.words) <= MOST_SAID:
+            found.append(task)
+    return found
+
+
+def _batches(
+    texts: _Texts, rng: np.random.Generator, steps: int, corrections: float
+) -> Iterator[list[LabelledGoal]]:
+    """Draw batches of texts of like length."""
     left: list[list[LabelledGoal]] = []
     for _ in range(steps):
         if not left:
-            drawn = sorted(
-                (_drawn(rows, sentences, rng) for _ in range(BATCH * BUCKET)), key=lambda row: len(row.words)
-            )
+            drawn = [texts.draw(rng, corrections) for _ in range(BATCH * BUCKET)]
+            drawn.sort(key=lambda row: len(row.words))
             left = [drawn[k : k + BATCH] for k in range(0, len(drawn), BATCH)]
             rng.shuffle(left)
         yield left.pop()
-
-
-def _drawn(rows: Sequence[LabelledGoal], sentences: GoalSentences, rng: np.random.Generator) -> LabelledGoal:
-    if rows and rng.random() >= DRAWN:
-        return varied(rows[rng.integers(len(rows))], rng)
-    sentence = sentences.draw()
-    return varied(labelled(sentence.text, sentence.line), rng)
 
 
 def _initial(encoder: SentenceEncoder, options: GoalNetworkTraining) -> GoalNetwork:

@@ -11,20 +11,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF
+from grounding.references.word_forms import plural
 from grounding.training.goal_lines import LabelledGoal, Step
 
 MIRRORED, OTHER_NOUNS, NO_MARKS, MISTYPED = 0.3, 0.5, 0.15, 0.12  # shares of the instructions
-_ONE = tuple(
+_NOUNS = tuple(
     "mug bowl plate spoon fork knife banana apple bottle jar box cup block ball car duck marker hammer drill "
     "screwdriver clamp kettle teapot pitcher sponge egg tube saucer tray pen carton lemon pear cube cylinder brick pot "
     "trowel stone stapler notebook phone tin glass vase candle book lamp toy bear truck shell coin key wrench brush "
     "basket".split()
-)
-_SEVERAL = tuple(
-    "mugs bowls plates spoons forks knives bananas apples bottles jars boxes cups blocks balls cars ducks markers "
-    "hammers drills screwdrivers clamps kettles teapots pitchers sponges eggs tubes saucers trays pens cartons lemons "
-    "pears cubes cylinders bricks pots stones staplers notebooks phones tins cans glasses vases candles books lamps "
-    "toys bears trucks shells coins keys wrenches brushes baskets things items".split()
 )
 _COLOURS = ("red", "blue", "green", "yellow", "white", "black", "brown", "grey", "pink", "purple")
 _SIDES = ("left right", "left-hand right-hand", "lefthand righthand", "leftmost rightmost", "east west",
@@ -45,19 +40,27 @@ _MIRRORED_KEYWORDS = {
 
 def varied(row: LabelledGoal, rng: np.random.Generator) -> LabelledGoal:
     """Return an instruction like this one, with the label that it must have."""
-    words, steps = list(row.words), list(row.steps)
-    if rng.random() < MIRRORED and not _NO_SIDE.search(" ".join(words)):
+    words, steps, start = list(row.words), list(row.steps), row.said_from
+    if rng.random() < MIRRORED and not _NO_SIDE.search(" ".join(words[start:])):
         words = [_OTHER_SIDE.get(word, word) for word in words]
         steps = [(kind, (_MIRRORED_KEYWORDS.get(at[0], at[0]),) if kind == KEYWORD else at) for kind, at in steps]
     if rng.random() < OTHER_NOUNS:
-        for pool in (_ONE, _SEVERAL, _COLOURS):
-            words = _exchanged(words, pool, rng)
+        words = _exchanged(_other_nouns(words, rng), _COLOURS, rng)
     if rng.random() < NO_MARKS:
-        words, steps = _without_marks(words, steps)
+        words, steps = _without_marks(words, steps, start)
     if rng.random() < MISTYPED:
-        place = int(rng.integers(len(words)))
+        place = int(rng.integers(start, len(words)))
         words[place] = _mistyped(words[place], rng)
-    return LabelledGoal(tuple(words), tuple(steps))
+    return LabelledGoal(tuple(words), tuple(steps), start)
+
+
+def _other_nouns(words: Sequence[str], rng: np.random.Generator) -> list[str]:
+    """Exchange nouns, a singular and its plural alike: what is said of a goal speaks of its nouns in both forms."""
+    single = {plural(noun): noun for noun in _NOUNS}
+    there = dict.fromkeys(single.get(word, word) for word in words if word in _NOUNS or word in single)
+    others = dict(zip(there, rng.permutation(_NOUNS)[: len(there)].tolist(), strict=True))
+    forms = others | {plural(noun): plural(other) for noun, other in others.items()}
+    return [forms.get(word, word) for word in words]
 
 
 def _exchanged(words: Sequence[str], pool: Sequence[str], rng: np.random.Generator) -> list[str]:
@@ -67,9 +70,9 @@ def _exchanged(words: Sequence[str], pool: Sequence[str], rng: np.random.Generat
     return [others.get(word, word) for word in words]
 
 
-def _without_marks(words: list[str], steps: list[Step]) -> tuple[list[str], list[Step]]:
-    """Leave out the marks of punctuation, unless a label points at one."""
-    kept = [place for place, word in enumerate(words) if word[0].isalnum()]
+def _without_marks(words: list[str], steps: list[Step], start: int) -> tuple[list[str], list[Step]]:
+    """Leave out the marks of punctuation from a place on, unless a label points at one."""
+    kept = [place for place, word in enumerate(words) if place < start or word[0].isalnum()]
     places = {old: new for new, old in enumerate(kept)}
     if not kept or any(kind != KEYWORD and not set(at) <= places.keys() for kind, at in steps):
         return words, steps

@@ -102,3 +102,17 @@ def test_a_network_is_trained_written_and_continued(tmp_path, monkeypatch, encod
 def test_illegal_options_are_named(tmp_path, wrong):
     with pytest.raises(ValueError, match="steps and threads must be at least 1 and the rate positive"):
         GoalNetworkTraining(tmp_path, **wrong)
+
+
+def test_illegal_share_of_corrections_is_named(tmp_path):
+    with pytest.raises(ValueError, match="share of corrections cannot be 1.5; legal values: 0 to 1"):
+        GoalNetworkTraining(tmp_path, corrections=1.5)
+
+
+def test_corrections_are_trained_on(tmp_path, monkeypatch):
+    monkeypatch.setattr("grounding.training.goal_reader.goal_lines", lambda: goal_lines()[:60])
+    monkeypatch.setattr("grounding.training.goal_reader.BATCH", 4)
+    told = []
+    train(GoalNetworkTraining(tmp_path, steps=2, corrections=0.9), told.append)
+    instructions, corrections = told[0].split("held out ")[1].split(", ")[:2]
+    assert 0.0 < float(instructions) and 0.0 < float(corrections)

@@ -1,0 +1,69 @@
+"""Labelled corrections become tasks of the goal network, in the words of the goal so far and of what is said."""
+
+import numpy as np
+import pytest
+
+from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS
+from grounding.training.goal_corrections import DrawnCorrections, GoalCorrection, corrected, goal_corrections, goal_of
+from grounding.training.goal_lines import LabelError, goal_lines
+
+SCENE, BEFORE = "cans and cups", "tower of the tins {0,1,2}, left; circle of the cups {3,4,5,6}, right."
+
+
+def label_of(text, after, before=BEFORE):
+    return corrected(GoalCorrection(SCENE, before, text, after)).label
+
+
+def test_goal_of_label():
+    assert str(goal_of(BEFORE)) == "tower of 0, 1, 2, left; circle of 3, 4, 5, 6, right"
+    across = "circle of the cups {3,4,5,6}, radius 40 cm {0.2}; keep of the can {0}."
+    assert str(goal_of(across)).endswith("radius 20 cm")
+
+
+def test_label_copies_the_goal_and_what_is_said():
+    after = "circle of the cups {3,4,5,6}, left; place of the red tin {0}, behind structure 1."
+    assert label_of("no, the ring to the left, and the red tin behind it", after) == (
+        "circle of the cups, left; place of the red tin, behind structure 1"
+    )
+    # What stands in the goal alone is said as the goal is rendered: "cans" for the tins of the label.
+    assert label_of("drop the circle", "tower of the tins {0,1,2}, left.") == "tower of the cans, left"
+
+
+def test_new_length_is_copied_and_an_old_one_rendered():
+    before = "line of the cups {3,4,5,6}, gap two inches."
+    assert label_of("at the back", "line of the cups {3,4,5,6}, top, gap two inches.", before).endswith("gap 5.08 cm")
+    assert label_of("8 cm apart", "line of the cups {3,4,5,6}, gap 8 cm.", before).endswith("gap 8 cm")
+
+
+def test_object_left_out_is_kept():
+    after = "tower of the tins {0,1,2}, left; circle of the cups {4,5,6}, right; keep of the red cup {3}."
+    label = "tower of the cans, left; circle of the cups, right; keep of the red cup"
+    assert label_of("not the red cup", after) == label
+
+
+def test_objects_that_cannot_be_pointed_at():
+    with pytest.raises(LabelError, match="no phrase of the goal"):
+        label_of("one less", "tower of the tins {0,1}, left.")
+
+
+def test_answer_and_computed():
+    assert label_of("5 cm more", "computed.") == "unclear"
+    assert label_of("thanks", "nothing.") == "nothing"
+
+
+def test_all_rows_but_few_are_tasks():
+    rows, errors = goal_corrections(), []
+    for row in rows:
+        try:
+            assert KEYWORDS[corrected(row).task.steps[-1][1][0]] == "<end>"
+        except LabelError as error:
+            errors.append(str(error))
+    assert len(rows) == 560 and len(errors) <= 4, errors
+
+
+def test_drawn_corrections_replace_or_add():
+    draws = DrawnCorrections(goal_lines()[:400], np.random.default_rng(3))
+    tasks = [draws.draw() for _ in range(60)]
+    assert all(task.words[:3] == ("so", "far", ":") and task.words[task.said_from - 1] == ":" for task in tasks)
+    copied = [any(kind != KEYWORD and at[0] < task.said_from for kind, at in task.steps) for task in tasks]
+    assert 5 < sum(copied) < 40  # the others take the goal's place
