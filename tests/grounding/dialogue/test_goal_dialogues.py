@@ -2,8 +2,8 @@
 
 `goal_dialogues.jsonl` has two pairs of sets. The first: 40 dialogues with which corrections were developed, and 20 that were
 read for the first time when that was done (then 10 of the 20 came out right in every turn). The second, of another day: 25 that
-were mended (12 right at first), and 16 that were read for the first time after that (then 7 right). A dialogue ends at its first
-turn that goes wrong.
+were mended (12 right at first), and 16 that were read for the first time after that (then 7 right). "unseen c" is 40 dialogues of
+a writer who knew nothing of the rules; nobody opens it, rates only. A dialogue ends at its first turn that goes wrong.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def outcome(interpreter, encoder, dialogue):
 
 @pytest.mark.parametrize(
     ("name", "least", "wrong"),
-    [("development", 39, 0), ("unseen", 13, 2), ("development b", 23, 0), ("unseen b", 11, 1)],
+    [("development", 39, 0), ("unseen", 13, 2), ("development b", 23, 0), ("unseen b", 11, 1), ("unseen c", 5, 10)],
 )
 def test_dialogues(interpreter, encoder, name, least, wrong):
     found = [outcome(interpreter, encoder, each) for each in DIALOGUES if each["set"] == name]
