@@ -310,6 +310,18 @@ class Interpreter:
         """
         return self._grammar.read(text, objects, before=goal, about=about)
 
+    def corrected(
+        self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None]
+    ) -> NetworkReading | None:
+        """Read what is said about a goal with the goal network; `None` where there is none.
+
+        Args:
+            goal: as spoken; its objects are indices.
+            text: any string.
+            objects: what is there.
+        """
+        return None if self._second is None else self._second.correct(goal, text, objects)
+
     @property
     def parser(self) -> Parser:
         """Return the parser that is used at present."""

@@ -23,15 +23,9 @@ LAYERS = (
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
     ("grounding.references", "structdiffusion.layouts", "structdiffusion.simulation"),
     ("grounding.goal_reading",),
-    (
-        "grounding.dialogue",
-        "grounding.foreign_languages",
-        "grounding.goal_benchmark",
-        "grounding.unsupported",
-        "structdiffusion.relations",
-    ),
+    ("grounding.foreign_languages", "grounding.goal_benchmark", "grounding.unsupported", "structdiffusion.relations"),
     ("grounding.goal_network",),
-    ("grounding.llm_goals",),
+    ("grounding.dialogue", "grounding.llm_goals"),
     (
         "grounding.interpreter",
         "grounding.training",

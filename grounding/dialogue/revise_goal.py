@@ -22,6 +22,7 @@ from grounding.dialogue.part_replacements import replaced, which_is_replaced, wh
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
 from grounding.dialogue.scene_reader import GoalReader, SpokenReading
+from grounding.dialogue.second_opinion import second_opinion
 from grounding.goal_reading.verb_words import VERBS
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
@@ -80,11 +81,17 @@ def revise_goal(
     text = _with_unit(without_interjections(text), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
     turn = Turn(last, text, said, reader, stands, built)
+    return second_opinion(turn, _by_rules(turn))
+
+
+def _by_rules(turn: Turn) -> GoalRevision:
+    """Return the effect of a sentence as the rules read it."""
+    last, text = turn.last, turn.text
     spec = last.plain_spec if last.parts else StructureSpec()
     if spec is not None:
         return _of_plain(turn, spec)
     if len(text) > _LONGEST_CORRECTION:
-        return new_goal(last, reader.read(text))
+        return new_goal(last, turn.reader.read(text))
     return _revision(turn)
 
 

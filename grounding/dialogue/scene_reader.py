@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from grounding.dialogue.revise import Revision
+from grounding.goal_network.second_reader import NetworkReading
 from grounding.goal_reading.reader import GoalReading
 from grounding.goals.goal import Goal
 from grounding.parse_result import Parse, Question
@@ -28,6 +29,10 @@ class _Interpreter(Protocol):
     def continued(
         self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None], about: int | None = None
     ) -> GoalReading: ...
+
+    def corrected(
+        self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None]
+    ) -> NetworkReading | None: ...
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,9 @@ class GoalReader(Protocol):
     def continued(self, goal: Goal, text: str, about: int | None = None) -> Goal | None:
         """Read a sentence that adds to a goal, or says something else of its parts; `None` if it is not understood."""
 
+    def corrected(self, goal: Goal, text: str) -> NetworkReading | None:
+        """Read what is said about a goal with the network; `None` where there is no network."""
+
 
 class SceneReader:
     """Reads instructions about the objects of one scene.
@@ -94,3 +102,7 @@ class SceneReader:
         """Read a sentence that adds to a goal, or says something else of its parts; `None` if it is not understood."""
         read = self._interpreter.continued(goal, text, self._objects, about)
         return read.goal if read.complete else None
+
+    def corrected(self, goal: Goal, text: str) -> NetworkReading | None:
+        """Read what is said about a goal with the network; `None` where there is no network."""
+        return self._interpreter.corrected(goal, text, self._objects)

@@ -178,6 +178,17 @@ def _revised(part: StructurePart, revision: Revision, text: GoalText, own: set[i
     return StructureChange(changed, "; ".join(filter(None, notes)) if question is None else "", question)
 
 
+def revised_structure(part: StructurePart, revision: Revision, text: GoalText) -> StructurePart | None:
+    """Return a structure after a revision of it; `None` if it stays the same.
+
+    Raises:
+        CannotApplyError: if the structure cannot be changed in this way.
+    """
+    own = set(range(len(text.objects)) if part.objects is None else objects_of(text.goal, part.objects))
+    change = _revised(replace(part, objects=tuple(sorted(own))), revision, text, own)
+    return None if change is None else change.part
+
+
 def _objects_then(part: StructurePart, revision: Revision, text: GoalText, own: set[int]) -> tuple[int, ...] | None:
     """Return the objects of the structure after a revision that may add, remove or exchange some."""
     before = objects_of(text.goal, part.objects)

@@ -69,6 +69,7 @@ class NetworkReading:
         described: whether more than nouns chose the objects.
         notes: remarks for the user.
         uncopied: words of the instruction that are in no phrase for objects or lengths.
+        unknown: those of them that the network was not taught, or that no goal can hold.
         answer: what was written in place of a goal, a word of `NO_GOAL`; "" for a goal.
     """
 
@@ -79,6 +80,7 @@ class NetworkReading:
     described: bool = False
     notes: tuple[str, ...] = ()
     uncopied: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
     answer: str = ""
 
 
@@ -164,8 +166,13 @@ class SecondReader:
             return NetworkReading()
         return NetworkReading(
             goal, written.certainty, None, tuple(dict.fromkeys(find.nouns)), find.described,
-            tuple(dict.fromkeys(find.notes)), written.uncopied,
+            tuple(dict.fromkeys(find.notes)), written.uncopied, self._unknown(written.uncopied),
         )  # fmt: skip
+
+    def _unknown(self, words: Sequence[str]) -> tuple[str, ...]:
+        assert self._loaded is not None  # it wrote the goal
+        taught = self._loaded.taught_words
+        return tuple(word for word in words if word in WEIGHTY_IF_UNKNOWN or (word[0].isalpha() and word not in taught))
 
 
 def _scene_objects(objects: Sequence[SceneObject | str | None] | None) -> list[SceneObject] | None:

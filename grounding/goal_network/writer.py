@@ -70,10 +70,13 @@ class NetworkWriter:
     Args:
         encoder: the sentence encoder.
         decoder: the network.
+        taught_words: the words of which it has seen several labelled uses.
     """
 
-    def __init__(self, encoder: SentenceEncoder, decoder: GoalDecoder) -> None:
-        self._encoder, self.decoder = encoder, decoder
+    def __init__(
+        self, encoder: SentenceEncoder, decoder: GoalDecoder, taught_words: frozenset[str] = frozenset()
+    ) -> None:
+        self._encoder, self.decoder, self.taught_words = encoder, decoder, taught_words
 
     @classmethod
     def from_pretrained(cls, encoder: SentenceEncoder, folder: Path = WEIGHTS) -> NetworkWriter:
@@ -92,7 +95,7 @@ class NetworkWriter:
                 raise GoalNetworkError(f"the goal network in {folder} was trained with other keywords")
             if config["encoder_sha256"] != encoder.checksum:
                 raise GoalNetworkError(f"the goal network in {folder} was trained with another sentence encoder")
-            return cls(encoder, GoalDecoder(state))
+            return cls(encoder, GoalDecoder(state), frozenset(config["taught_words"]))
         except (OSError, ValueError, KeyError, TypeError, SafetensorError) as error:
             raise GoalNetworkError(f"the goal network in {folder} cannot be loaded: {error}") from error
 

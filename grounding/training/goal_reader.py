@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import time
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,8 +21,9 @@ import torch
 from safetensors.torch import save_file
 from torch import nn
 
-from grounding.goal_network.vocabulary import KEYWORDS
+from grounding.goal_network.vocabulary import KEYWORDS, NO_GOAL
 from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID, NetworkWriter
+from grounding.goal_reading.tokens import words_of
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.training.goal_corrections import DrawnCorrections, GoalCorrection, corrected, goal_corrections
@@ -29,13 +31,14 @@ from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, go
 from grounding.training.goal_network import UPPER, GoalBatch, GoalNetwork
 from grounding.training.goal_sentences import GoalSentences
 from grounding.training.goal_variation import varied
+from grounding.training.transferred_corrections import TransferredCorrections
 
 BATCH, BUCKET = 64, 10
 STEPS = 4000
 LEARNING_RATE = 6e-4
 UPPER_RATE = 0.2  # of the layers that know English already
 DRAWN = 0.3  # share of the sentences that are drawn
-DRAWN_CORRECTIONS = 0.2  # share of the corrections that are drawn
+DRAWN_CORRECTIONS, TRANSFERRED = 0.15, 0.35  # shares of the corrections that are drawn, and said about other goals
 WARM_UP = 200
 HELD_OUT = 12
 
@@ -122,8 +125,19 @@ def save(network: GoalNetwork, encoder: SentenceEncoder, out: Path, steps: int) 
     """Write `model.safetensors` (float16) and `config.json`."""
     out.mkdir(parents=True, exist_ok=True)
     save_file({name: tensor.half() for name, tensor in network.state_dict().items()}, out / "model.safetensors")
-    config = {"steps": steps, "encoder_sha256": encoder.checksum, "encoder_layer": ENCODER_LAYER, "keywords": KEYWORDS}
+    config = {
+        "steps": steps, "encoder_sha256": encoder.checksum, "encoder_layer": ENCODER_LAYER, "keywords": KEYWORDS,
+        "taught_words": taught_words(),
+    }  # fmt: skip
     (out / "config.json").write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+
+
+def taught_words() -> list[str]:
+    """Return the words of the labelled texts that ask for a goal, without those that stand in a single text."""
+    rows = [(line.text, line.label) for line in goal_lines()] + [(row.text, row.after) for row in goal_corrections()]
+    texts = [text for text, label in rows if label.strip(" .") not in NO_GOAL]
+    count = Counter(word for text in texts for word in set(words_of(text)))
+    return sorted(word for word, number in count.items() if number > 1 and word[0].isalpha())
 
 
 @torch.no_grad()
@@ -144,30 +158,42 @@ class _Texts:
         instructions, corrections: labelled.
         sentences: draws instructions.
         follow_ups: draws corrections.
+        transferred: draws labelled corrections, said about other goals.
     """
 
     instructions: Sequence[LabelledGoal]
     corrections: Sequence[LabelledGoal]
     sentences: GoalSentences
     follow_ups: DrawnCorrections
+    transferred: TransferredCorrections
 
     @classmethod
     def of(cls, rng: np.random.Generator, corrections: bool) -> _Texts:
         lines = [line for line in goal_lines() if not held_out(line)] if corrections else []
-        own, corrections = _tasks(goal_lines(), seen=True), _tasks(goal_corrections(), seen=True)
-        return cls(own, corrections, GoalSentences(rng), DrawnCorrections(lines, rng))
+        own, tasks = _tasks(goal_lines(), seen=True), _tasks(goal_corrections(), seen=True)
+        labelled_ones = [row for row in goal_corrections() if not held_out(row)]
+        transferred = TransferredCorrections(labelled_ones, lines, rng)
+        return cls(own, tasks, GoalSentences(rng), DrawnCorrections(lines, rng), transferred)
 
     def draw(self, rng: np.random.Generator, corrections: float) -> LabelledGoal:
         """Draw a task, a correction with this probability, and vary it."""
         if rng.random() < corrections:
-            drawn = rng.random() < DRAWN_CORRECTIONS
-            task = self.follow_ups.draw() if drawn else self.corrections[rng.integers(len(self.corrections))]
+            task = self.correction(rng)
         elif rng.random() < DRAWN:
             sentence = self.sentences.draw()
             task = labelled(sentence.text, sentence.line)
         else:
             task = self.instructions[rng.integers(len(self.instructions))]
         return varied(task, rng)
+
+    def correction(self, rng: np.random.Generator) -> LabelledGoal:
+        """Draw a correction."""
+        kind = rng.random()
+        if kind < DRAWN_CORRECTIONS:
+            return self.follow_ups.draw()
+        if kind < DRAWN_CORRECTIONS + TRANSFERRED:
+            return self.transferred.draw()
+        return self.corrections[rng.integers(len(self.corrections))]
 
 
 def _tasks(texts: Sequence[GoalLine | GoalCorrection], seen: bool) -> list[LabelledGoal]:

@@ -1,0 +1,115 @@
+"""Let the goal network read what is said about a goal too, and decide what its reading changes.
+
+The rules of corrections know what they read, and refuse most of what people say in other words. The network reads all
+of it and says how certain it is. Where the rules found nothing, its goal is used if it is certain and knows every word,
+else offered as a question; where the rules found another goal, a certain network makes a question with both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
+from grounding.dialogue.part_lengths import CannotApplyError
+from grounding.dialogue.structure_edits import revised_structure
+from grounding.goal_network.second_reader import WEIGHTY, NetworkReading
+from grounding.goals.comparison import compare_goals
+from grounding.goals.description import describe_part
+from grounding.goals.goal import Goal
+from grounding.goals.parts import GoalError, RelationPart, StructurePart
+from grounding.parse_result import Question, shortened
+
+# Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
+CERTAIN = 0.8  # in place of a refusal
+LIKELY = 0.5  # offered in place of a refusal
+DOUBTS = 0.9  # another goal than the rules read, or none
+AS_IT_IS = "leave the goal as it is"
+_ONLY_A_REMARK = "nothing"
+
+
+def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
+    """Return the effect of a sentence on a goal after the network has read it too.
+
+    Args:
+        turn: the sentence and the goal.
+        found: what the rules made of it.
+    """
+    if not _asks_for_it(turn, found):
+        return found
+    second = turn.reader.corrected(turn.last, turn.text)
+    if second is None or second.question is not None or WEIGHTY & set(second.uncopied):
+        return found
+    if found.status == "ok":
+        return _doubted(turn, found, second)
+    if second.goal is None or second.certainty < LIKELY or _same(turn, second.goal, turn.last):
+        return found
+    if second.certainty >= CERTAIN and not second.unknown:
+        return _network_goal(turn, found, second)
+    question = f"{shortened(turn.text)!r} was not understood for certain: is this the goal that is meant?"
+    return _question(turn, found, question, [second.goal, turn.last])
+
+
+def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
+    """Return whether the network is asked: not about the first instruction, nor a goal that stands in part."""
+    moved = any(isinstance(part, RelationPart) and part.relation == "moved" for part in turn.last.parts)
+    return bool(turn.last.parts) and not (turn.built and moved) and len(turn.text) <= 400
+
+
+def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:
+    """Return what the rules found, or a question where the network is certain of something else."""
+    first = goal_after(turn, found)
+    if first is None or second.certainty < DOUBTS:
+        return found
+    if second.goal is not None and not _same(turn, first, second.goal):
+        question = f"{shortened(turn.text)!r} can be read in two ways: which goal is meant?"
+        other = [] if _same(turn, second.goal, turn.last) else [second.goal]
+        return _question(turn, found, question, [first, *other] if other else [first, turn.last])
+    if second.answer and found.kind == "edit" and not _same(turn, first, turn.last):
+        doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
+        return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])
+    return found
+
+
+def goal_after(turn: Turn, found: GoalRevision) -> Goal | None:
+    """Return the goal after a revision that is "ok", also where it is one of a single structure's slots.
+
+    Returns:
+        The goal; `None` where only the table decides which objects take part.
+    """
+    plain = found.plain
+    if plain is None:
+        return found.goal
+    if plain.kind == "new":
+        read = turn.reader.read(turn.text)
+        return read.goal if read.status == "ok" and read.goal.parts else None
+    part = turn.last.parts[0]
+    assert isinstance(part, StructurePart)  # a plain goal is one structure
+    try:
+        changed = revised_structure(part, plain, turn.said)
+        return turn.last if changed is None else Goal((changed,))
+    except (CannotApplyError, GoalError):
+        return None
+
+
+def _network_goal(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:
+    goal = second.goal
+    assert goal is not None
+    last = turn.last.parts
+    changed = tuple(n for n, part in enumerate(goal.parts) if n >= len(last) or part != last[n])
+    gone = tuple(n for n, part in enumerate(last) if part not in goal.parts and n >= len(goal.parts))
+    return GoalRevision(goal, "ok", "edit", "; ".join(second.notes), changed, gone)
+
+
+def _question(turn: Turn, found: GoalRevision, text: str, goals: Sequence[Goal]) -> GoalRevision:
+    names = turn.said.names
+    options = tuple(
+        AS_IT_IS if goal == turn.last else "; ".join(describe_part(part, names) for part in goal.parts)
+        for goal in goals
+    )
+    return GoalRevision(
+        turn.last, "ask", found.kind, text, question=Question(PART, text, options), choices=tuple(goals)
+    )
+
+
+def _same(turn: Turn, one: Goal, other: Goal) -> bool:
+    return compare_goals(one, other, len(turn.said.objects)).exact
