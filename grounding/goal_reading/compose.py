@@ -417,7 +417,7 @@ class Composer:
                 )
             if not many and count == 1 and values["shape"] is not None:
                 raise ReadingError(
-                    f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it"
+                    f"a {values['shape']} needs several objects, but {shortened(self.text)!r} names one"
                 )
             found = self.objects.references(frame)  # "behind it" is said of what came before
             objects = self._without(objects, (values["around"], *found.values()))

@@ -75,7 +75,7 @@ def _enough(values: dict[str, Any], objects: Any, text: str, find: SceneReferenc
     shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
     least = LEAST_OBJECTS.get(shape or "", 1)
     if count < least:
-        raise ImpossibleError(f"a {shape} needs {least} objects or more, and {shortened(text)!r} has {count} for it")
+        raise ImpossibleError(f"a {shape} needs {least} objects or more, but {shortened(text)!r} means {count}")
     if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:
         raise ImpossibleError(
             f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(text)!r} has {count} for them"
