@@ -20,12 +20,14 @@ from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.feasibility import infeasible, too_few
 from grounding.goal_reading.reader import GoalReading, more_than_plain
 from grounding.goal_reading.scene_references import ReadingQuestion, SceneReferences
+from grounding.goal_reading.unread_words import unread_note
 from grounding.goal_reading.written_references import UnusableGoalError, WrittenReferences
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
-from grounding.parse_result import Question, shortened
+from grounding.parse_result import Question
 from grounding.references.attributes import SceneObject
+from grounding.references.function_words import FUNCTION_WORDS
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
 from grounding.references.word_forms import FORMS
@@ -216,9 +218,10 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         count: of objects in the scene; `None` if none is known.
     """
     reading = first.reading
-    if second.goal is None or not first.requests or reading.work or reading.conditions or reading.never:
+    settled = reading.work or reading.conditions or reading.never or reading.definite
+    if second.goal is None or not first.requests or settled:
         return False
-    if WEIGHTY & set(second.uncopied) or first.asks_place:
+    if WEIGHTY & set(second.uncopied) or first.asks_place or _left_over(second, reading):
         return False
     if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
         return False  # the network knows no pairs
@@ -233,6 +236,15 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         return False
     understood = bool(reading.problem) and not reading.residue
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+
+
+def _left_over(second: NetworkReading, reading: GoalReading) -> bool:
+    """Return whether the network's goal lacks an object of the instruction that the grammar had no use for either, or
+    brings objects together that the instruction keeps apart."""
+    uncopied = set(second.uncopied)
+    lacks = any(uncopied & set(re.findall(r"[^\W_]+", phrase.lower())) - FUNCTION_WORDS for phrase in reading.left_over)
+    near = any(isinstance(part, RelationPart) and part.relation == "next to" and part.distance is None for part in second.goal.parts)
+    return lacks or (near and {"far", "away", "farther", "further", "farthest", "furthest"} & uncopied and "from" in uncopied)
 
 
 def _differ(goal: Goal, other: Goal, count: int | None) -> bool:
@@ -284,7 +296,4 @@ def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
     """
     uncopied = set(second.uncopied)
     unread = [words for words in first.residue if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
-    if not unread:
-        return second.notes
-    listed = ", ".join(repr(shortened(words)) for words in dict.fromkeys(unread))
-    return (*second.notes, f"read without knowing {listed}: say so if this changes the wish")
+    return tuple(filter(None, (*second.notes, unread_note(unread))))

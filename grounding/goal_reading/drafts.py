@@ -17,6 +17,10 @@ class ImpossibleError(ReadingError):
     """A structure that these objects cannot form."""
 
 
+class ContradictionError(ReadingError):
+    """An instruction that asks for what excludes another wish of it."""
+
+
 @dataclass
 class Draft:
     """A part with the frame that it came from; `keys` of a structure are collected before it is made."""
@@ -65,6 +69,33 @@ def made_part(
             raise ImpossibleError(f"{shortened(text)!r} leaves alone all the objects that it asks to move")
     _enough(values, objects, text, find)
     return StructurePart(**values, objects=objects)
+
+
+def refuse_touching(drafts: Sequence[Draft], untouched: Collection[Any], text: str) -> None:
+    """Refuse to move what must not be touched: "don't touch the mug but put it in the middle".
+
+    Raises:
+        ContradictionError: for a relation that moves it.
+    """
+    for draft in drafts:
+        moved = draft.relation.objects if draft.relation is not None else ()
+        if isinstance(moved, tuple) and set(moved) & set(untouched):
+            raise ContradictionError(f"{shortened(text)!r} contradicts itself: it moves what must not be touched")
+
+
+def refuse_another_shape(frame: Frame, shape: str | None, last: Draft, text: str) -> None:
+    """Refuse a frame that only names another shape for the objects of the structure before it: "..., then in a line".
+
+    Raises:
+        ContradictionError: for such a frame.
+    """
+    linked = any(each.said.lower().startswith(("in ", "into ", "as ", "to ")) for each in frame.get("shape"))
+    before = (last.values or {}).get("shape")
+    if linked and not frame.objects and last.objects is not None and before not in (None, shape):
+        raise ContradictionError(
+            f"{shortened(text)!r} asks for a {before} and a {shape} of the same objects, and only what stands in the end can be "
+            "built; say only that, or name the objects of each"
+        )
 
 
 def _enough(values: dict[str, Any], objects: Any, text: str, find: SceneReferences) -> None:
