@@ -23,6 +23,7 @@ from grounding.goal_network.second_reader import (
     counts,
     doubted,
     excepts,
+    keeps,
     notes_of,
 )
 from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals, more_than_plain
@@ -197,7 +198,7 @@ class Interpretation:
         idle = self.parse.status == "refused" and REFUSALS["idle"] in self.parse.message
         text = self.parse.text
         asks_place = self.question is not None and self.question.slot != OBJECT
-        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text), asks_place)
+        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place)
         found = self
         if counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)

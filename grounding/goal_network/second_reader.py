@@ -27,7 +27,6 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
 from grounding.parse_result import Question
 from grounding.references.attributes import SceneObject
-from grounding.references.function_words import FUNCTION_WORDS
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
 from grounding.references.word_forms import FORMS
@@ -45,6 +44,7 @@ _EXCEPTION = re.compile(
     r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
     re.IGNORECASE,
 )
+_KEPT = re.compile(r"\b(?:stay\w*|remain\w*|untouched|alone|where (?:it|they) (?:is|are))\b", re.IGNORECASE)
 # Words that change a wish wherever they occur: no goal can hold them, so a goal without them is another wish.
 WEIGHTY = frozenset(
     "upside inverted lean leans leaning tilt tilted tilting rotate rotated rotating flip flipped sideways lid "
@@ -187,6 +187,7 @@ class FirstReading:
         requests: whether the instruction is worded as a request, and not like a question about the scene.
         idle: whether the parser of the five slots sees no arranging in it.
         excepts: whether it may leave something out.
+        keeps: whether it may say what stays as it is.
         asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
     """
 
@@ -196,6 +197,7 @@ class FirstReading:
     requests: bool
     idle: bool
     excepts: bool = False
+    keeps: bool = False
     asks_place: bool = False
 
     @property
@@ -221,7 +223,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     settled = reading.work or reading.conditions or reading.never or reading.definite
     if second.goal is None or not first.requests or settled:
         return False
-    if WEIGHTY & set(second.uncopied) or first.asks_place or _left_over(second, reading):
+    if WEIGHTY & set(second.uncopied) or first.asks_place or _left_over(second, first):
         return False
     if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
         return False  # the network knows no pairs
@@ -238,11 +240,13 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
 
 
-def _left_over(second: NetworkReading, reading: GoalReading) -> bool:
+def _left_over(second: NetworkReading, first: FirstReading) -> bool:
     """Return whether the network's goal lacks an object of the instruction that the grammar had no use for either, or
     brings objects together that the instruction keeps apart."""
-    uncopied = set(second.uncopied)
-    lacks = any(uncopied & set(re.findall(r"[^\W_]+", phrase.lower())) - FUNCTION_WORDS for phrase in reading.left_over)
+    uncopied, named = set(second.uncopied), set(second.goal.named_objects())
+    everything = any(part.objects is None for part in second.goal.structures)
+    left_over = () if everything or first.keeps else first.reading.left_over
+    lacks = any(named.isdisjoint(fitting) for fitting in left_over)
     near = any(isinstance(part, RelationPart) and part.relation == "next to" and part.distance is None for part in second.goal.parts)
     return lacks or (near and {"far", "away", "farther", "further", "farthest", "furthest"} & uncopied and "from" in uncopied)
 
@@ -287,6 +291,11 @@ def supports(goal: Goal, plain: Goal) -> bool:
 def excepts(text: str) -> bool:
     """Return whether an instruction may leave something out of what it names."""
     return _EXCEPTION.search(text) is not None
+
+
+def keeps(text: str) -> bool:
+    """Return whether an instruction may say what stays as it is."""
+    return _KEPT.search(text) is not None
 
 
 def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:

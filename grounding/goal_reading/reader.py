@@ -19,6 +19,7 @@ from grounding.goal_reading.feasibility import infeasible
 from grounding.goal_reading.frames import Framer
 from grounding.goal_reading.lost_wishes import lost_wishes, never_held, without_asides
 from grounding.goal_reading.measures import lengths_of
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.pairings import paired_words
 from grounding.goal_reading.reports import without_reports
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
@@ -30,7 +31,7 @@ from grounding.parse_result import OBJECT, Question, shortened
 from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
-from grounding.references.phrases import Vocabulary
+from grounding.references.phrases import ANY, Vocabulary
 from grounding.references.sentence_roles import Sentences
 from grounding.references.word_forms import FORMS
 from grounding.spec import FIRST_SHAPES, SpecError
@@ -59,7 +60,7 @@ class GoalReading:
         described: whether a colour, a size or a place chose objects.
         by_place: whether it chose objects by the place where they stand.
         notes: what has to be said about the choice of objects, a sentence each.
-        left_over: phrases for objects that are there and that no part has a use for.
+        left_over: for each phrase that no part has a use for, the objects that it fits.
         lost: those of the residue's words that surely ask for something, also of one plain structure.
         work: verbs that ask for other work than placing objects.
         conditions: words that make a wish depend on something, or put it off.
@@ -80,7 +81,7 @@ class GoalReading:
     corrected: bool = False
     nouns: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    left_over: tuple[str, ...] = ()
+    left_over: tuple[tuple[int, ...], ...] = ()
     lost: tuple[str, ...] = ()
     work: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
@@ -157,7 +158,7 @@ class GoalReader:
             residue=(*(chunk.said for chunk in framer.residue), *held),
             beyond=asks_beyond(chunks, frames),
             verbs=any(chunk.kind == "verb" for chunk in chunks),
-            left_over=_left_over(framer, composer, known_there),
+            left_over=_fitting(_left_over(framer, composer, known_there), find),
             lost=_lost(framer, composer, known_there, held),
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
             conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
@@ -190,7 +191,7 @@ class GoalReader:
         reading = replace(
             reading,
             residue=(*(chunk.said for chunk in framer.residue), *held, *filter(None, composer.unread)),
-            left_over=_left_over(framer, composer, known_there),
+            left_over=_fitting(_left_over(framer, composer, known_there), find),
             lost=_lost(framer, composer, known_there, held),
         )
         if problem:
@@ -215,19 +216,25 @@ class GoalReader:
         return without_reports(chunks, said, Clauses(said, nouns), narrated)
 
 
-def _left_over(framer: Framer, composer: Composer, there: Sequence[SceneObject] | None) -> tuple[str, ...]:
+def _left_over(framer: Framer, composer: Composer, there: Sequence[SceneObject] | None) -> tuple[NounPhrase, ...]:
     """Return the phrases for objects that are there and that no frame or no part took."""
     if not there:
         return ()
-    framed = (one.said for one in framer.residue if one.kind == "noun phrase" and known([one.value]))
-    return (*framed, *(phrase.text for phrase in composer.unused if known([phrase])))
+    framed = [one.value for one in framer.residue if one.kind == "noun phrase"]
+    return tuple(phrase for phrase in (*framed, *composer.unused) if known([phrase]))
+
+
+def _fitting(phrases: Sequence[NounPhrase], find: SceneReferences) -> tuple[tuple[int, ...], ...]:
+    """Return for each phrase with a noun the objects that it fits, where there are any."""
+    named = [phrase.mention for phrase in phrases if phrase.mention is not None and phrase.mention.noun != ANY]
+    return tuple(filter(None, (tuple(find.candidates.matching(mention)) for mention in named)))
 
 
 def _lost(
     framer: Framer, composer: Composer, there: Sequence[SceneObject] | None, held: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the words that no frame or no part took and that surely ask for something."""
-    objects = _left_over(framer, composer, there)
+    objects = [phrase.text for phrase in _left_over(framer, composer, there)]
     colours = {colour for each in there or () if each.attributes is not None for colour in each.attributes.colors}
     subjects = unknown_subjects(framer.chunks) if there else ()
     return lost_wishes(
