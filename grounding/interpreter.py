@@ -8,6 +8,7 @@ degrees, except where they are said of the robot ("close to the robot", "on your
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,9 +23,11 @@ from grounding.goal_network.second_reader import (
     counts,
     doubted,
     excepts,
+    keeps,
     notes_of,
 )
 from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals, more_than_plain
+from grounding.goal_reading.unread_words import unread_note
 from grounding.goal_reading.verdict import not_understood, requests, verdict
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
@@ -195,7 +198,7 @@ class Interpretation:
         idle = self.parse.status == "refused" and REFUSALS["idle"] in self.parse.message
         text = self.parse.text
         asks_place = self.question is not None and self.question.slot != OBJECT
-        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text), asks_place)
+        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place)
         found = self
         if counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
@@ -205,7 +208,16 @@ class Interpretation:
                 self, spec=StructureSpec(), status="refused", message=message, objects=None, selection=None, named=(),
                 goal=Goal(),
             )  # fmt: skip
+        elif known.half_read:
+            found = self._with_note(unread_note(first.residue, _words_read(self.parse)))
         return replace(found, seconds=self.seconds + time.perf_counter() - started)
+
+    def _with_note(self, note: str) -> Interpretation:
+        """Return the interpretation with a remark on the words that were not read, where there are any."""
+        if not note:
+            return self
+        selection = self.selection and replace(self.selection, notes=(*self.selection.notes, note))
+        return replace(self, message="; ".join(filter(None, (self.message, note))), selection=selection)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row of `structagent parse --json`."""
@@ -414,6 +426,12 @@ class Interpreter:
             return found.among(objects)
         whole, reading = found._of_several_parts(None, False, time.perf_counter())
         return (whole or found)._read_again(None, False, reading)
+
+
+def _words_read(parse: Parse) -> set[str]:
+    """Return the words in which the parser found slots, and those for the objects."""
+    said = [*(words for each in parse.evidence.values() for words in each), *mentioned(parse.text)]
+    return {word for words in said for word in re.findall(r"[^\W_]+", words.lower())}
 
 
 def _plain_goal(parse: Parse, spec: StructureSpec, words: tuple[str, ...]) -> Goal:

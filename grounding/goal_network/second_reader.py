@@ -20,11 +20,12 @@ from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.feasibility import infeasible, too_few
 from grounding.goal_reading.reader import GoalReading, more_than_plain
 from grounding.goal_reading.scene_references import ReadingQuestion, SceneReferences
+from grounding.goal_reading.unread_words import unread_note
 from grounding.goal_reading.written_references import UnusableGoalError, WrittenReferences
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
-from grounding.parse_result import Question, shortened
+from grounding.parse_result import Question
 from grounding.references.attributes import SceneObject
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
@@ -43,6 +44,7 @@ _EXCEPTION = re.compile(
     r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
     re.IGNORECASE,
 )
+_KEPT = re.compile(r"\b(?:stay\w*|remain\w*|untouched|alone|where (?:it|they) (?:is|are))\b", re.IGNORECASE)
 # Words that change a wish wherever they occur: no goal can hold them, so a goal without them is another wish.
 WEIGHTY = frozenset(
     "upside inverted lean leans leaning tilt tilted tilting rotate rotated rotating flip flipped sideways lid "
@@ -192,6 +194,7 @@ class FirstReading:
         requests: whether the instruction is worded as a request, and not like a question about the scene.
         idle: whether the parser of the five slots sees no arranging in it.
         excepts: whether it may leave something out.
+        keeps: whether it may say what stays as it is.
         asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
     """
 
@@ -201,6 +204,7 @@ class FirstReading:
     requests: bool
     idle: bool
     excepts: bool = False
+    keeps: bool = False
     asks_place: bool = False
 
     @property
@@ -223,9 +227,10 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         count: of objects in the scene; `None` if none is known.
     """
     reading = first.reading
-    if second.goal is None or not first.requests or reading.work or reading.conditions or reading.never:
+    settled = reading.work or reading.conditions or reading.never or reading.definite
+    if second.goal is None or not first.requests or settled:
         return False
-    if WEIGHTY & set(second.uncopied) or first.asks_place:
+    if WEIGHTY & set(second.uncopied) or first.asks_place or _left_over(second, first):
         return False
     if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
         return False  # the network knows no pairs
@@ -240,6 +245,17 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         return False
     understood = bool(reading.problem) and not reading.residue
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+
+
+def _left_over(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether the network's goal lacks an object of the instruction that the grammar had no use for either, or
+    brings objects together that the instruction keeps apart."""
+    uncopied, named = set(second.uncopied), set(second.goal.named_objects())
+    everything = any(part.objects is None for part in second.goal.structures)
+    left_over = () if everything or first.keeps else first.reading.left_over
+    lacks = any(named.isdisjoint(fitting) for fitting in left_over)
+    near = any(isinstance(part, RelationPart) and part.relation == "next to" and part.distance is None for part in second.goal.parts)
+    return lacks or (near and {"far", "away", "farther", "further", "farthest", "furthest"} & uncopied and "from" in uncopied)
 
 
 def _differ(goal: Goal, other: Goal, count: int | None) -> bool:
@@ -284,6 +300,11 @@ def excepts(text: str) -> bool:
     return _EXCEPTION.search(text) is not None
 
 
+def keeps(text: str) -> bool:
+    """Return whether an instruction may say what stays as it is."""
+    return _KEPT.search(text) is not None
+
+
 def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
     """Return the notes on a goal that is used: what it says itself, and the words of which it holds nothing for certain.
 
@@ -291,7 +312,4 @@ def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
     """
     uncopied = set(second.uncopied)
     unread = [words for words in first.residue if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
-    if not unread:
-        return second.notes
-    listed = ", ".join(repr(shortened(words)) for words in dict.fromkeys(unread))
-    return (*second.notes, f"read without knowing {listed}: say so if this changes the wish")
+    return tuple(filter(None, (*second.notes, unread_note(unread))))

@@ -24,7 +24,8 @@ class Antecedents:
         last: the objects that the last frame was about.
         unused: a frame that only names objects, of which nothing is said yet.
         frame: the frame before the present one.
-        left_out: objects that must stay as they are.
+        left_out: objects that must stay as they are, or take no part in a structure.
+        untouched: those of them that must not be touched or moved.
         again: the places in `mentioned` of what only a pronoun meant.
     """
 
@@ -35,6 +36,7 @@ class Antecedents:
     unused: Frame | None = None
     frame: Frame | None = None
     left_out: set[Any] = field(default_factory=set)
+    untouched: set[Any] = field(default_factory=set)
     again: set[int] = field(default_factory=set)
 
     def meant(

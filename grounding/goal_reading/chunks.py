@@ -14,6 +14,7 @@ from grounding.goal_reading.chunk import Chunk, Shape
 from grounding.goal_reading.conditions import condition_at
 from grounding.goal_reading.goal_words import NOISE, NOISE_PHRASES
 from grounding.goal_reading.headings import heading_at
+from grounding.goal_reading.lost_wishes import SEVERAL_PERSONS
 from grounding.goal_reading.marks import marks_at, stays_at
 from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.patterns import PATTERNS
@@ -21,6 +22,7 @@ from grounding.goal_reading.places import edge_at, place_at
 from grounding.goal_reading.shapes import SIZE_ONE, SIZES, ShapeReader
 from grounding.goal_reading.tokens import LENGTH, Words
 from grounding.goal_reading.verbs import VerbReader
+from grounding.references.pattern_parts import COUNT
 from grounding.references.phrases import ANY, Vocabulary
 
 _JOINTS: Mapping[str, str] = {
@@ -32,6 +34,9 @@ _AMONG = re.compile(r"(?:of|among|amongst|out of|from among)(?= )")
 _POSSESSIVE = re.compile(r"(?:to|on) (?:its|their) (?P<side>left|right)(?: hand)?(?: side)?(?! of)")
 _TABLE_SETTING = re.compile(
     r"(?:set|lay|prepare|dress) (?:the |my |a |one |me a |up the )?(?:(?:dinner|breakfast|lunch|supper) )?(?:table|place setting|place|cover)(?: for (?:one|me|dinner|lunch|breakfast|supper|a guest|a meal|one person|us))*"
+)
+_FOR_SEVERAL = re.compile(
+    rf"for (?:{COUNT})(?: (?:people|persons|guests|of us|diners|friends|kids|children))?(?=$| (?:[.,;!?]|and|on|at|in|please|with))"
 )
 _DIAGONAL = re.compile(
     r"diagonal(?:ly)?|zig ?zag|spiral|heart|star|(?:the )?(?:letter|word)s? (?P<l>\w+)|upside down|degrees?"
@@ -126,6 +131,8 @@ class Chunker:
             found.append(Chunk("size", SIZES[match[0].group("size")], place, match[1]))
         if match := said.match(_TABLE_SETTING, place):
             found.append(Chunk("table setting", "table setting", place, match[1]))
+        if before and before[-1].kind == "table setting" and (match := said.match(_FOR_SEVERAL, place)):
+            found.append(Chunk("unknown", SEVERAL_PERSONS, place, match[1]))  # a setting is for one
         if (heading := heading_at(said, place)) is not None:
             found.append(Chunk("rotation", heading[0], place, heading[1]))
         found += marks_at(said, place, before, self.phrases)

@@ -7,7 +7,7 @@ from typing import Any
 
 from grounding.goal_reading.antecedents import antecedents_of
 from grounding.goal_reading.denials import is_replaced, stated
-from grounding.goal_reading.drafts import Draft, draft_of, made_part
+from grounding.goal_reading.drafts import Draft, draft_of, made_part, refuse_another_shape, refuse_touching
 from grounding.goal_reading.ellipsis import completed
 from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.frame_objects import FrameObjects
@@ -73,6 +73,7 @@ class Composer:
             at += 1 + (self._members(at) if len(self.parts) > number else 0)
         if self.known.unused is not None:
             self._unread(self.known.unused)
+        refuse_touching(self.parts[self._given :], self.known.untouched, self.text)
         goal = Goal(tuple(made_part(part, self.parts, self.text, self.find, self.known.left_out) for part in self.parts))
         return laid_around(goal)
 
@@ -188,6 +189,8 @@ class Composer:
             if phrase.kind == "objects":
                 objects = self.find.find(phrase)
                 self.known.left_out.update(objects)
+                if frame.verb_said.lower().endswith(("touch", "move")):
+                    self.known.untouched.update(objects)
                 self.known.mentioned.append((objects, phrase.many))
             elif phrase.kind in ("rest", "all"):
                 continue
@@ -400,6 +403,8 @@ class Composer:
         ):
             self._add_relation(frame, RelationPart("next to", objects[:1], objects[1:], values["gap"]))
             return
+        if objects is None and self.parts:
+            refuse_another_shape(frame, values["shape"], self.parts[-1], self.text)
         if objects is None and (relations or frame.has("move")) and values["shape"] is None and not keys.asks(values):
             self._which(frame)
         if values["rotation"] is not None and values["shape"] is None and not many:
@@ -417,7 +422,7 @@ class Composer:
                 )
             if not many and count == 1 and values["shape"] is not None:
                 raise ReadingError(
-                    f"a {values['shape']} needs several objects, and {shortened(self.text)!r} names one for it"
+                    f"a {values['shape']} needs several objects, but {shortened(self.text)!r} names one"
                 )
             found = self.objects.references(frame)  # "behind it" is said of what came before
             objects = self._without(objects, (values["around"], *found.values()))

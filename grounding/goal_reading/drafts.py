@@ -17,6 +17,10 @@ class ImpossibleError(ReadingError):
     """A structure that these objects cannot form."""
 
 
+class ContradictionError(ReadingError):
+    """An instruction that asks for what excludes another wish of it."""
+
+
 @dataclass
 class Draft:
     """A part with the frame that it came from; `keys` of a structure are collected before it is made."""
@@ -67,6 +71,33 @@ def made_part(
     return StructurePart(**values, objects=objects)
 
 
+def refuse_touching(drafts: Sequence[Draft], untouched: Collection[Any], text: str) -> None:
+    """Refuse to move what must not be touched: "don't touch the mug but put it in the middle".
+
+    Raises:
+        ContradictionError: for a relation that moves it.
+    """
+    for draft in drafts:
+        moved = draft.relation.objects if draft.relation is not None else ()
+        if isinstance(moved, tuple) and set(moved) & set(untouched):
+            raise ContradictionError(f"{shortened(text)!r} contradicts itself: it moves what must not be touched")
+
+
+def refuse_another_shape(frame: Frame, shape: str | None, last: Draft, text: str) -> None:
+    """Refuse a frame that only names another shape for the objects of the structure before it: "..., then in a line".
+
+    Raises:
+        ContradictionError: for such a frame.
+    """
+    linked = any(each.said.lower().startswith(("in ", "into ", "as ", "to ")) for each in frame.get("shape"))
+    before = (last.values or {}).get("shape")
+    if linked and not frame.objects and last.objects is not None and before not in (None, shape):
+        raise ContradictionError(
+            f"{shortened(text)!r} asks for a {before} and a {shape} of the same objects, and only what stands in the end can be "
+            "built; say only that, or name the objects of each"
+        )
+
+
 def _enough(values: dict[str, Any], objects: Any, text: str, find: SceneReferences) -> None:
     """Refuse a shape that needs more objects than it gets, and a grid that they cannot fill."""
     if find.count is None or find.catalogue or objects is None and find.count == 0:
@@ -75,7 +106,7 @@ def _enough(values: dict[str, Any], objects: Any, text: str, find: SceneReferenc
     shape, rows, columns = values.get("shape"), values.get("rows"), values.get("columns")
     least = LEAST_OBJECTS.get(shape or "", 1)
     if count < least:
-        raise ImpossibleError(f"a {shape} needs {least} objects or more, and {shortened(text)!r} has {count} for it")
+        raise ImpossibleError(f"a {shape} needs {least} objects or more, but {shortened(text)!r} means {count}")
     if rows and columns and objects is not None and not (rows - 1) * columns < count <= rows * columns:
         raise ImpossibleError(
             f"{rows} rows of {columns} need {rows * columns} objects, and {shortened(text)!r} has {count} for them"

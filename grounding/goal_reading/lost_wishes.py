@@ -35,6 +35,7 @@ _NO_SUPERLATIVES = frozenset(
 
 
 _LENGTH_SAID = rf"(?:\d+(?:[.,]\d+)?|an?|{NUMBER}) ?(?:{UNIT}|m|in)"
+SEVERAL_PERSONS = "several persons"  # of a table setting, which is for one
 # What no goal can hold, however much of the rest is understood.
 _NEVER_HELD = re.compile(
     r"\b(?:(?:above|below|under|beneath|underneath|off|over) the (?:table|desk)"
@@ -43,6 +44,9 @@ _NEVER_HELD = re.compile(
     rf"|{_LENGTH_SAID}(?: away)? from (?:the|my|your|its) (?:\w+ )?(?:edge|border|rim|corner|end)s?\b"
     r"|from (?:the|my) (?:\w+ ){1,2}corner to (?:the|my) (?:\w+ ){1,2}corner|corner to (?:the opposite |opposite )?corner"
     r"|between every two(?! (?:neighbou?rs?|of them|adjacent)\b)|(?<!left )(?<!right )(?<!front )(?<!back )(?<!near )(?<!far )(?:half|most|a third|a quarter|a part) of (?:the|my|these|those|them)(?! (?:table|desk|surface|row|way)\b)|(?:half|twice|(?:two|three|four|\d+) times) as \w+"
+    r"|back (?:to )?(?:where|the way|how|as) (?:it|they|that|everything) (?:was|were)"
+    r"|(?:put|place|bring|give|take|set) (?:the|my|it|them|that|those|these|everything|all)(?: (?!(?:at|in|to|on|the|toward|towards|near|along|by|from|against|into|onto)\b)\w+){0,3} back(?=$| (?:[.,;!?|]|and|now|again|please))"
+    r"|(?:get|gets|getting|becomes?|becoming|grows?|growing) (?:closer|farther|further|tighter|looser|denser|sparser)"
     r"|leaning(?! (?:over|back))|facing (?:each other|one another|inwards?|outwards?|the (?:cans?|cups?|bowl|plate|mug)))\b",
     re.IGNORECASE,
 )
@@ -54,7 +58,8 @@ def never_held(chunks: Sequence[Chunk]) -> tuple[str, ...]:
     Args:
         chunks: of the instruction; what asides say is not looked at.
     """
-    return tuple(match.group() for match in _NEVER_HELD.finditer(without_asides(chunks)))
+    persons = (chunk.said for chunk in chunks if chunk.kind == "unknown" and chunk.value == SEVERAL_PERSONS)
+    return (*persons, *(match.group() for match in _NEVER_HELD.finditer(without_asides(chunks))))
 
 
 def without_asides(chunks: Sequence[Chunk]) -> str:

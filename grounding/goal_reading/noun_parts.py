@@ -28,6 +28,8 @@ _PREDETERMINERS = frozenset(
 )
 # "A pair of", "a bunch of": before the noun, and nothing of themselves.
 _GROUPS = frozenset("couple pair bunch set lot group number trio handful selection".split())
+# What follows "the third" where its noun is left out.
+_AFTER_ORDINAL = frozenset("on in at to behind next beside between into onto near left right above over goes should must".split())
 ORDINALS: Mapping[str, int] = {
     "first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "sixth": 6, "seventh": 7, "eighth": 8, "last": -1,
     "1st": 1, "2nd": 2, "3rd": 3, "4th": 4, "5th": 5,
@@ -113,7 +115,10 @@ class NounParts:
                     break  # "the one nearest to me"
                 found.count, found.end = number[0], number[1]
                 found.free = found.free or (said.word(found.end) == "of")
-            elif word in ORDINALS and (found.definite or self._counted_from(at)) and self.modified(at + 1):
+            elif word in ORDINALS and (
+                ((found.definite or self._counted_from(at)) and self.modified(at + 1))
+                or (found.definite and said.word(at + 1) in _AFTER_ORDINAL)
+            ):
                 found.ordinal, found.end = ORDINALS[word], at + 1
             elif word == "of" and at > place and said.word(at - 1) not in DEFINITE:
                 found.end += 1

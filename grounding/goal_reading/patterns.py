@@ -89,8 +89,9 @@ def _order_along(match: re.Match[str]) -> dict[str, Any]:
     return {"by": _KEYS[match.group("key")], "direction": "ascending" if growing else "descending", "from": start}
 
 
+END_KINDS = frozenset("block can cup mug box bottle jar book".split())  # kinds of which one may be named as an end
 _END_PLACE = (
-    r"(?: (?:ones|objects|things|one|object|item|thing|block|can|cup|mug|box|bottle|jar|book|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put|sits|sit|sitting|ends up|end up|ending up|lies|stays|belongs|up|over|all the way))*"
+    rf"(?: (?:ones|objects|things|one|object|item|thing|{any_of(END_KINDS)}|piece|of them))?(?: (?:goes|go|comes|come|being|is|are|to be|should be|should go|must be|at|standing|stands|placed|put|sits|sit|sitting|ends up|end up|ending up|lies|stays|belongs|up|over|all the way))*"
     rf"(?: (?:on|at|to|in|toward|the|very|far|nearest|closest))* {_SIDE}(?: (?:side|end|hand side|most|hand end|edge|away))?(?: (?:to|of|from) (?:me|you|us|the robot|the arm|the row|the line))?"
 )
 _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (

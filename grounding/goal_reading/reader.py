@@ -14,11 +14,12 @@ from grounding.goal_reading.compose import NOTHING, Composer
 from grounding.goal_reading.conditions import without_idle_conditions
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
-from grounding.goal_reading.drafts import ImpossibleError
+from grounding.goal_reading.drafts import ContradictionError, ImpossibleError
 from grounding.goal_reading.feasibility import infeasible
 from grounding.goal_reading.frames import Framer
 from grounding.goal_reading.lost_wishes import lost_wishes, never_held, without_asides
 from grounding.goal_reading.measures import lengths_of
+from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.pairings import paired_words
 from grounding.goal_reading.reports import without_reports
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
@@ -30,7 +31,7 @@ from grounding.parse_result import OBJECT, Question, shortened
 from grounding.references.attributes import SceneObject
 from grounding.references.candidates import SelectionError
 from grounding.references.object_names import vocabulary
-from grounding.references.phrases import Vocabulary
+from grounding.references.phrases import ANY, Vocabulary
 from grounding.references.sentence_roles import Sentences
 from grounding.references.word_forms import FORMS
 from grounding.spec import FIRST_SHAPES, SpecError
@@ -48,6 +49,8 @@ class GoalReading:
     Attributes:
         goal: the parts; empty where there is a problem.
         problem: why it cannot be read, or "".
+        definite: whether the problem stands however else the words are read: a contradiction, or a choice of objects by
+            what nothing here can tell.
         question: what must be known first.
         residue: words that carry a meaning and were not understood.
         beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
@@ -57,6 +60,7 @@ class GoalReading:
         described: whether a colour, a size or a place chose objects.
         by_place: whether it chose objects by the place where they stand.
         notes: what has to be said about the choice of objects, a sentence each.
+        left_over: for each phrase that no part has a use for, the objects that it fits.
         lost: those of the residue's words that surely ask for something, also of one plain structure.
         work: verbs that ask for other work than placing objects.
         conditions: words that make a wish depend on something, or put it off.
@@ -67,6 +71,7 @@ class GoalReading:
 
     goal: Goal = Goal()
     problem: str = ""
+    definite: bool = False
     question: Question | None = None
     residue: tuple[str, ...] = ()
     beyond: bool = False
@@ -76,6 +81,7 @@ class GoalReading:
     corrected: bool = False
     nouns: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    left_over: tuple[tuple[int, ...], ...] = ()
     lost: tuple[str, ...] = ()
     work: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
@@ -152,6 +158,7 @@ class GoalReader:
             residue=(*(chunk.said for chunk in framer.residue), *held),
             beyond=asks_beyond(chunks, frames),
             verbs=any(chunk.kind == "verb" for chunk in chunks),
+            left_over=_fitting(_left_over(framer, composer, known_there), find),
             lost=_lost(framer, composer, known_there, held),
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
             conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
@@ -175,18 +182,20 @@ class GoalReader:
             return replace(reading, question=doubt.question)
         except (ImpossibleError, UnjudgedError) as error:
             residue = tuple(words for words in reading.residue if not composer.paired or words not in paired)
-            return replace(reading, problem=str(error), beyond=True, residue=residue)
+            definite = isinstance(error, UnjudgedError)
+            return replace(reading, problem=str(error), beyond=True, residue=residue, definite=definite)
         except (ReadingError, SpecError, SelectionError) as error:
-            return replace(reading, problem=_sentence(text, error))
+            return replace(reading, problem=_sentence(text, error), definite=isinstance(error, ContradictionError))
         if composer.paired:
             held = tuple(words for words in held if words not in paired)
         reading = replace(
             reading,
             residue=(*(chunk.said for chunk in framer.residue), *held, *filter(None, composer.unread)),
+            left_over=_fitting(_left_over(framer, composer, known_there), find),
             lost=_lost(framer, composer, known_there, held),
         )
         if problem:
-            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}")
+            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}", definite=True)
         return replace(
             reading,
             goal=goal,
@@ -207,12 +216,25 @@ class GoalReader:
         return without_reports(chunks, said, Clauses(said, nouns), narrated)
 
 
+def _left_over(framer: Framer, composer: Composer, there: Sequence[SceneObject] | None) -> tuple[NounPhrase, ...]:
+    """Return the phrases for objects that are there and that no frame or no part took."""
+    if not there:
+        return ()
+    framed = [one.value for one in framer.residue if one.kind == "noun phrase"]
+    return tuple(phrase for phrase in (*framed, *composer.unused) if known([phrase]))
+
+
+def _fitting(phrases: Sequence[NounPhrase], find: SceneReferences) -> tuple[tuple[int, ...], ...]:
+    """Return for each phrase with a noun the objects that it fits, where there are any."""
+    named = [phrase.mention for phrase in phrases if phrase.mention is not None and phrase.mention.noun != ANY]
+    return tuple(filter(None, (tuple(find.candidates.matching(mention)) for mention in named)))
+
+
 def _lost(
     framer: Framer, composer: Composer, there: Sequence[SceneObject] | None, held: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the words that no frame or no part took and that surely ask for something."""
-    objects = [one.said for one in framer.residue if there and one.kind == "noun phrase" and known([one.value])]
-    objects += [phrase.text for phrase in composer.unused if there and known([phrase])]
+    objects = [phrase.text for phrase in _left_over(framer, composer, there)]
     colours = {colour for each in there or () if each.attributes is not None for colour in each.attributes.colors}
     subjects = unknown_subjects(framer.chunks) if there else ()
     return lost_wishes(

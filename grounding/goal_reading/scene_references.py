@@ -247,7 +247,7 @@ class SceneReferences:
         if mention.definite and mention.count == 1 and len(again) == 1 and not mention.modifiers:
             return again  # "put the red mug on the plate, then turn to the mug"
         if words := self.candidates.unjudged(mention):
-            raise ReadingError(
+            raise UnjudgedError(
                 f"it is not known which of the objects here are {words[0]!r}, so that {phrase.text!r} can be each of: "
                 + "; ".join(self._descriptions(found))
             )

@@ -11,7 +11,7 @@ from rapidfuzz.distance import OSA
 from grounding.goal_reading.goal_words import NOISE, PATTERN_WORDS, SHAPE_NOUNS
 from grounding.goal_reading.measures import COUNTS, UNITS
 from grounding.goal_reading.verb_words import VERBS
-from grounding.parsers.spelling import SHORTHAND
+from grounding.parsers.spelling import SHORTHAND, stems_of
 from grounding.references.attributes import COMPARATIVES, TELLING_ADJECTIVES
 from grounding.references.function_words import FUNCTION_WORDS, NOT_OBJECTS
 from grounding.references.lexicon import USES
@@ -45,7 +45,8 @@ def corrected(word: str, nouns: Vocabulary, known: Collection[str]) -> str:
         return _short(word, nouns.heads) or word
     if word in _words() or word in nouns.forms or word in known or not 4 <= len(word) <= 24 or not word.isascii():
         return word
-    return _nearest(word, frozenset(nouns.heads)) or word
+    inflected = any(stem in known for stem in stems_of(word))  # "fullest" is no slip of "tallest"
+    return _nearest(word, frozenset(nouns.heads), 1 if inflected else 2) or word
 
 
 @lru_cache(maxsize=1)
@@ -67,13 +68,13 @@ def _words() -> frozenset[str]:
 
 
 @lru_cache(maxsize=8192)
-def _nearest(word: str, heads: frozenset[str]) -> str | None:
+def _nearest(word: str, heads: frozenset[str], most: int) -> str | None:
     candidates = sorted((_words() | frozenset(SHAPE_NOUNS) | heads) - {""})
     candidates = [each for each in candidates if " " not in each and len(each) > 3]
     stems = {word.removesuffix(ending) for ending in ("s", "ed", "ing", "es", "ly")}
     if stems & set(candidates):
         return None
-    reach = 1 if len(word) < 7 else 2
+    reach = 1 if len(word) < 7 else most
     found = process.extract(word, candidates, scorer=OSA.distance, score_cutoff=reach, limit=None)
     ranked = [
         (hit[1] + 0.6 * (hit[0][0] != word[0]) - (0.7 if hit[0] in heads else 0.3 * (hit[0] in _MORE)), hit[0])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.members import spot_of
+from grounding.goal_reading.patterns import END_KINDS
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion
 from grounding.goals.parts import KEYS, Order
 from grounding.parse_result import Question, shortened
@@ -228,9 +230,13 @@ class StructureKeys:
 
     def _order(self, frame: Frame, values: dict[str, Any], shape: str | None) -> None:
         order: dict[str, Any] = {}
-        shape = values["shape"] or shape
         for each in (*frame.get("order"), *frame.get("order end")):
+            if shape is None and not self._of_these(each.said, frame):
+                raise ReadingError(
+                    f"{each.said!r} in {shortened(self.text)!r} names one object as the end of an order: say what the others are"
+                )
             self._merge(order, each)
+        shape = values["shape"] or shape
         starts = frame.get("direction") or self._first_place(frame, values, shape)
         listed = frame.listed or bool(frame.get("listed")) or (bool(starts) and len(frame.objects) > 1 and not order)
         if order and "by" not in order:
@@ -252,6 +258,13 @@ class StructureKeys:
         if starts:
             order["from"] = starts[0].value if order.get("from") is None else order["from"]
         values["order"] = Order(order["by"], order.get("direction"), order.get("from"))
+
+    def _of_these(self, said: str, frame: Frame) -> bool:
+        """Return whether "the biggest can at the top" orders what is built: of cans, or it names no kind."""
+        kinds = END_KINDS & set(said.lower().split())
+        named = {word for phrase in frame.objects for word in phrase.text.lower().split()}
+        others = self.text.lower()
+        return all(kind in named or re.search(rf"\b{kind}(?:s|es)\b", others) for kind in kinds)
 
     def _first_place(self, frame: Frame, values: dict[str, Any], shape: str | None) -> list[Predicate]:
         """Read the place of the first of a sequence as its start: "on the left the can, then the cup, then the jar"."""

@@ -114,12 +114,12 @@ def _right(word: str, known: Collection[str]) -> str:
     if not 3 <= len(lower) <= 24 or not lower.isascii() or not lower.isalpha():
         return word
     vocabulary = _vocabulary()
-    if any(stem in known or stem in vocabulary for stem in _stems(lower)):
+    if any(stem in known or stem in vocabulary for stem in stems_of(lower)):
         return word
     return _nearest(lower, 1) or _apart(lower) or (_nearest(lower, 2) if len(lower) > 4 else None) or word
 
 
-def _stems(word: str) -> list[str]:
+def stems_of(word: str) -> list[str]:
     """Return the word, and the words that it may be an inflection of."""
     stems = [word]
     for ending, instead in _ENDINGS:

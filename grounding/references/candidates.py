@@ -62,7 +62,7 @@ class Candidates:
         key = _key(mention)
         if key not in self._found:
             found = self._described(mention, self.kinds_of(mention))
-            if any(self._read[i].number is not None for i in found) and mention.numbers:
+            if mention.numbers and (len(found) == 1 or any(self._read[i].number is not None for i in found)):
                 found = [i for i in found if (self._read[i].number or 1) in mention.numbers]  # "cup, cup 2, cup 3"
             elif mention.numbers and mention.noun == ANY:
                 found = [number - 1 for number in mention.numbers if 0 < number <= len(self.names)]
@@ -132,7 +132,7 @@ class Candidates:
         """Explain why the phrase fits no object, or too few, and list the objects there are."""
         telling = [w for w in mention.modifiers if w in self._telling(mention) or _measure(w) or is_color(w)]
         noun = mention.noun if mention.noun != ANY or not telling else "one"
-        asked = " ".join((*telling, noun))
+        asked = " ".join((*telling, noun, *map(str, mention.numbers)))
         count = abs(mention.count or 0) if mention.exact else 0
         said = f"{count} of {asked!r}" if count else repr(asked)
         kinds = self.kinds_of(mention)

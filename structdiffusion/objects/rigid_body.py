@@ -40,12 +40,19 @@ class MassProperties:
 
 
 def outward_faces(vertices: np.ndarray) -> np.ndarray:
-    """Return triangles (F, 3) of the convex hull of `vertices` (V, 3), counter-clockwise from outside."""
+    """Return triangles (F, 3) of the convex hull of `vertices` (V, 3), counter-clockwise from outside; read-only."""
+    return _outward_faces(np.asarray(vertices, dtype=float).tobytes())
+
+
+@functools.lru_cache(maxsize=1000)  # the mass properties and the shape file of a body ask for the same faces
+def _outward_faces(content: bytes) -> np.ndarray:
+    vertices = np.frombuffer(content).reshape(-1, 3)
     hull = ConvexHull(vertices)
     a, b, c = (vertices[hull.simplices[:, k]] for k in range(3))
     inward = np.einsum("fi,fi->f", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     faces = hull.simplices.copy()
     faces[inward] = faces[inward][:, ::-1]
+    faces.setflags(write=False)
     return faces
 
 

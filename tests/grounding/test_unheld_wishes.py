@@ -1,0 +1,80 @@
+"""What a goal cannot hold is refused, asked about or remarked, by all readers together: it is never left out in silence."""
+
+import pytest
+
+from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.writer import NetworkWriter
+from grounding.interpreter import Interpreter
+
+
+@pytest.fixture(scope="module")
+def interpreter(encoder, parser):
+    return Interpreter(lambda: parser, None, "robot", encoder, network=lambda: NetworkWriter.from_pretrained(encoder))
+
+
+@pytest.fixture(scope="module")
+def objects():
+    breakfast = [one for one in goal_scenes()["breakfast"] if one.name in ("bowl", "mug", "spoon", "plate")]
+    return [*goal_scenes()["cans and cups"][:6], *breakfast]
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("build a tower with the biggest can at the top", "the biggest can"),
+        ("put the cups in a circle, then in a line", "the same objects"),
+        ("put the fullest can on the left", "fullest"),
+        ("put the mug 5 to the left", "mug 5"),
+        ("put the mug as far from the bowl as possible", "the bowl"),
+        ("don't touch the mug but put it in the middle", "must not be touched"),
+        ("put the cans in a triangle pointing at the mug", "the mug"),
+        ("put the bowl back", "back"),
+        ("put everything back where it was", "back where it was"),
+        ("make a row of cups that gets closer together toward the right", "gets closer"),
+        ("set the table for two", "for two"),
+        ("set the table for four people, facing me", "for four people"),
+        ("never put the cup near the bowl; place the cups in a line", "must not be built"),
+    ],
+)
+def test_a_wish_that_no_goal_can_hold_is_refused_with_its_words(interpreter, objects, text, named):
+    read = interpreter.interpret(text, objects)
+    assert read.status == "refused"
+    assert named in read.message
+
+
+def test_words_beside_a_structure_that_nobody_read_are_remarked(interpreter, objects):
+    read = interpreter.interpret("put the cups in a circle but leave a gap big enough for my laptop", objects)
+    assert read.status == "ok"
+    assert read.message == "read without knowing 'gap', 'leave': say so if this changes the wish"
+    assert read.message in read.notes
+
+
+def test_the_third_of_what_was_placed_is_not_the_structure(interpreter, objects):
+    read = interpreter.interpret("put two of the cans in a line and the third on top of the left one", objects)
+    assert read.status == "refused" or [str(part) for part in read.goal.parts][1].startswith("2 on")
+
+
+@pytest.mark.parametrize(
+    ("text", "goal"),
+    [
+        ("put the cups in the back", "structure of 3, 4, 5, top"),
+        ("put the bowl at the back and the mug in front", "7 at top; 6 at bottom"),
+        ("stack the cans with the biggest can at the bottom", "tower of 0, 1, 2, order by volume descending from bottom"),
+        ("put the cups in a circle and the cans in a line", "circle of 3, 4, 5; line of 0, 1, 2"),
+        ("don't put the mug on the plate, put it in the bowl", "6 in 7"),
+        ("put cup 2 left of cup 3", "4 left of 5"),
+        ("put the third can on the left", "2 at left"),
+    ],
+)
+def test_wishes_that_only_look_like_these_are_still_read(interpreter, objects, text, goal):
+    read = interpreter.interpret(text, objects)
+    assert (read.status, str(read.goal), read.message) == ("ok", goal, "")
+
+
+def test_an_inflected_word_is_not_corrected_to_another_wish(encoder):
+    from grounding.goal_reading.spelling import corrected
+    from grounding.references.phrases import Vocabulary
+    from grounding.references.word_forms import FORMS
+
+    words = [corrected(word, Vocabulary(FORMS), encoder.whole_words) for word in ("fullest", "talest", "biggst")]
+    assert words == ["fullest", "tallest", "biggest"]
