@@ -33,6 +33,9 @@ def objects():
         ("make a row of cups that gets closer together toward the right", "gets closer"),
         ("set the table for two", "for two"),
         ("set the table for four people, facing me", "for four people"),
+        ("Set the table for two people sitting across from each other.", "for two people sitting across"),
+        ("Please make a table setting for a family of four.", "for a family of four"),
+        ("I want the mug directly opposite the bowl on the other side of the circle of cups.", "opposite"),
         ("never put the cup near the bowl; place the cups in a line", "must not be built"),
     ],
 )
@@ -57,6 +60,7 @@ def test_the_third_of_what_was_placed_is_not_the_structure(interpreter, objects)
 @pytest.mark.parametrize(
     ("text", "goal"),
     [
+        ("set the table for my grandmother", "table setting of everything else"),
         ("put the cups in the back", "structure of 3, 4, 5, top"),
         ("put the bowl at the back and the mug in front", "7 at top; 6 at bottom"),
         ("stack the cans with the biggest can at the bottom", "tower of 0, 1, 2, order by volume descending from bottom"),
