@@ -209,7 +209,7 @@ class Interpretation:
                 goal=Goal(),
             )  # fmt: skip
         elif known.half_read:
-            found = self._with_note(unread_note(first.residue, _words_read(self.parse)))
+            found = self._with_note(unread_note(first.residue, self.goal, _words_read(self.parse)))
         return replace(found, seconds=self.seconds + time.perf_counter() - started)
 
     def _with_note(self, note: str) -> Interpretation:

@@ -55,7 +55,7 @@ WEIGHTY = frozenset(
 WEIGHTY_IF_UNKNOWN = frozenset(
     "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
     "parallel perpendicular angle angled without never balance balanced letter letters word words spell tomorrow "
-    "later yesterday minutes seconds hours touch touches touching contact opposite across either whichever denser sparser trapezoid hexagon pentagon octagon rhombus something somehow space room".split()
+    "later yesterday minutes seconds hours touch touches touching contact opposite whichever denser sparser trapezoid hexagon pentagon octagon rhombus something somehow space room".split()
 )
 
 
@@ -305,4 +305,4 @@ def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
     """
     uncopied = set(second.uncopied)
     unread = [words for words in first.residue if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
-    return tuple(filter(None, (*second.notes, unread_note(unread))))
+    return tuple(filter(None, (*second.notes, unread_note(unread, second.goal or Goal()))))

@@ -52,6 +52,7 @@ _NEVER_HELD = re.compile(
     r"|(?:one|an?|the \w+) (?:arm|side|end|leg|half|bar) (?:longer|shorter|wider|bigger|larger|smaller|denser|taller)"
     r"|(?:denser|sparser|tighter|looser|closer together) (?:on|at|in|towards?) the \w+(?: side| end)? than"
     r"|(?:use|with|using) (?:your|the) (?:left|right|other) (?:arm|gripper)|flush with"
+    r"|(?:^|(?<=[.,;!?] ))either (?!way|side|of|one|end)\w+ (?:the|my|all|a|an) (?:\w+ )*?or"
     r"|leaning(?! (?:over|back))|facing (?:each other|one another|inwards?|outwards?|the (?:cans?|cups?|bowl|plate|mug)))\b",
     re.IGNORECASE,
 )

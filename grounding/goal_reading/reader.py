@@ -49,8 +49,8 @@ class GoalReading:
     Attributes:
         goal: the parts; empty where there is a problem.
         problem: why it cannot be read, or "".
-        definite: whether the problem stands however else the words are read: a contradiction, or a choice of objects by
-            what nothing here can tell.
+        definite: whether the problem stands however else the words are read: a wish that excludes another one, or a choice
+            of objects by what nothing here can tell.
         question: what must be known first.
         residue: words that carry a meaning and were not understood.
         beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
@@ -195,7 +195,7 @@ class GoalReader:
             lost=_lost(framer, composer, known_there, held),
         )
         if problem:
-            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}", definite=True)
+            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}")
         return replace(
             reading,
             goal=goal,
