@@ -49,8 +49,7 @@ class GoalReading:
     Attributes:
         goal: the parts; empty where there is a problem.
         problem: why it cannot be read, or "".
-        definite: whether the problem stands however else the words are read: a wish that excludes another one, or a choice
-            of objects by what nothing here can tell.
+        definite: whether the problem stands however else the words are read: a wish that excludes another one.
         question: what must be known first.
         residue: words that carry a meaning and were not understood.
         beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
@@ -182,8 +181,7 @@ class GoalReader:
             return replace(reading, question=doubt.question)
         except (ImpossibleError, UnjudgedError) as error:
             residue = tuple(words for words in reading.residue if not composer.paired or words not in paired)
-            definite = isinstance(error, UnjudgedError)
-            return replace(reading, problem=str(error), beyond=True, residue=residue, definite=definite)
+            return replace(reading, problem=str(error), beyond=True, residue=residue)
         except (ReadingError, SpecError, SelectionError) as error:
             return replace(reading, problem=_sentence(text, error), definite=isinstance(error, ContradictionError))
         if composer.paired:
