@@ -44,7 +44,11 @@ _EXCEPTION = re.compile(
     r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
     re.IGNORECASE,
 )
-_KEPT = re.compile(r"\b(?:stay\w*|keep\w*|kept|leav\w+|left alone|remain\w*|untouched|alone|where (?:it|they) (?:is|are))\b", re.IGNORECASE)
+_KEPT = re.compile(
+    r"\b(?:stay\w*|keep\w*|kept|leav\w+|remain\w*|untouched|alone|where (?:it|they) (?:is|are)|exempt\w*|excus\w+|mind|bother\w*"
+    r"|not (?:required|needed|wanted)|ignor\w+|forget|skip\w*)\b",
+    re.IGNORECASE,
+)
 # Words that change a wish wherever they occur: no goal can hold them, so a goal without them is another wish.
 WEIGHTY = frozenset(
     "upside inverted lean leans leaning tilt tilted tilting rotate rotated rotating flip flipped sideways lid "
@@ -55,7 +59,7 @@ WEIGHTY = frozenset(
 WEIGHTY_IF_UNKNOWN = frozenset(
     "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
     "parallel perpendicular angle angled without never balance balanced letter letters word words spell tomorrow "
-    "later yesterday minutes seconds hours touch touches touching contact opposite denser sparser trapezoid hexagon pentagon octagon rhombus something somehow space room".split()
+    "later yesterday minutes seconds hours touch touches touching contact denser sparser trapezoid hexagon pentagon octagon rhombus something somehow space room".split()
 )
 
 
