@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from grounding.goal_reading.antecedents import Antecedents
@@ -13,6 +14,7 @@ from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goals.parts import Objects, PartReference
 from grounding.parse_result import OBJECT, Question, shortened
+from grounding.references.phrases import ANY
 
 _SOME_OF = re.compile(r"(?:\d+|one|two|three|four|five|six|some|a few|a couple) of\b", re.IGNORECASE)
 
@@ -152,13 +154,26 @@ class FrameObjects:
         ):
             return others
         if not left_out:
-            return None
+            return self._others_of_kind(phrase) or None
         if self.find.count is None:
             return (f"everything but {' and '.join(map(str, sorted(left_out, key=str)))}",)
         others = tuple(i for i in range(self.find.count) if i not in left_out)
         if not others:
             raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
         return others
+
+    def _others_of_kind(self, phrase: NounPhrase) -> tuple[int, ...]:
+        """Return the others of a kind of which only some were spoken of: "one can on the plate, the others in a row"."""
+        before = self.known.frame
+        known = self.find.objects is not None and not self.find.catalogue
+        if phrase.kind != "rest" or not known or before is None or len(before.objects) != 1:
+            return ()
+        some = before.objects[0].mention
+        if some is None or some.noun == ANY or some.definite or not some.count:
+            return ()
+        taken = {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+        kind = self.find.candidates.matching(replace(some, count=None, exact=False))
+        return tuple(one for one in kind if one not in taken) if len(kind) > some.count else ()
 
     def structure_of(self, phrase: NounPhrase) -> int:
         """Return the number of the structure that a phrase such as "the row" means."""

@@ -69,6 +69,8 @@ def test_the_third_of_what_was_placed_is_not_the_structure(interpreter, objects)
         ("put the cups in a circle and the cans in a line", "circle of 3, 4, 5; line of 0, 1, 2"),
         ("don't put the mug on the plate, put it in the bowl", "6 in 7"),
         ("put cup 2 left of cup 3", "4 left of 5"),
+        ("put one can on the plate and the others in a row", "0 on 8; line of 1, 2"),
+        ("put the mug on the plate and the others in a row", "6 on 8; line of everything else"),
         ("put the third can on the left", "2 at left"),
     ],
 )
