@@ -32,6 +32,7 @@ LAYERS = (
     ),
     ("grounding.goal_network",),
     ("grounding.llm_goals",),
+    ("grounding.interpretation",),
     (
         "grounding.interpreter",
         "grounding.training",
