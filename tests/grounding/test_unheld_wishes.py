@@ -71,6 +71,7 @@ def test_the_third_of_what_was_placed_is_not_the_structure(interpreter, objects)
         ("put cup 2 left of cup 3", "4 left of 5"),
         ("put one can on the plate and the others in a row", "0 on 8; line of 1, 2"),
         ("put the mug on the plate and the others in a row", "6 on 8; line of everything else"),
+        ("move the mug 6in closer", "6 moved closer by 15.24 cm"),
         ("put the third can on the left", "2 at left"),
     ],
 )
