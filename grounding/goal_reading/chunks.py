@@ -37,7 +37,7 @@ _TABLE_SETTING = re.compile(
 )
 _PERSONS = "people|persons|guests|of us|diners|friends|kids|children|adults"
 _FOR_SEVERAL = re.compile(
-    rf"for (?:{COUNT}(?: (?:{_PERSONS})(?: (?:sitting|seated|eating|dining|facing)(?: \w+)?)?|(?=$| (?:[.,;!?]|and|on|at|in|please|with)))"
+    rf"for (?:(?!(?:one|1)\b){COUNT}(?: (?:{_PERSONS})(?: (?:sitting|seated|eating|dining|facing)(?: \w+)?)?|(?=$| (?:[.,;!?]|and|on|at|in|please|with)))"
     rf"|(?:a|the|our|my) (?:whole )?(?:family|couple|party|group|crowd)(?: of {COUNT})?|(?:both|all) of us|everyone|everybody)"
 )
 _DIAGONAL = re.compile(
@@ -133,8 +133,7 @@ class Chunker:
             found.append(Chunk("size", SIZES[match[0].group("size")], place, match[1]))
         if match := said.match(_TABLE_SETTING, place):
             found.append(Chunk("table setting", "table setting", place, match[1]))
-        setting = before and (before[-1].kind == "table setting" or getattr(before[-1].value, "name", "") == "table setting")
-        if setting and (match := said.match(_FOR_SEVERAL, place)):
+        if before and _is_setting(before[-1]) and (match := said.match(_FOR_SEVERAL, place)):
             found.append(Chunk("unknown", SEVERAL_PERSONS, place, match[1]))  # a setting is for one
         if (heading := heading_at(said, place)) is not None:
             found.append(Chunk("rotation", heading[0], place, heading[1]))
@@ -236,6 +235,10 @@ class Chunker:
         if word == LENGTH:
             return [Chunk("length", True, place, place + 1)]
         return []
+
+
+def _is_setting(chunk: Chunk) -> bool:
+    return chunk.kind == "table setting" or (isinstance(chunk.value, Shape) and chunk.value.name == "table setting")
 
 
 def _sentence(before: list[Chunk]) -> list[Chunk]:

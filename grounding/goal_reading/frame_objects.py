@@ -139,7 +139,7 @@ class FrameObjects:
         left_out = self._left_out(phrase)
         if phrase.mention is not None and phrase.kind == "rest":
             same = self.find.find(phrase)
-            taken = {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+            taken = self._taken()
             rest = tuple(one for one in same if one not in taken)
             if not rest:
                 raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
@@ -147,7 +147,7 @@ class FrameObjects:
         if phrase.left is not None and (
             others := self.find.rest(
                 phrase,
-                {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+                self._taken()
                 | left_out
                 | self.known.left_out,
             )
@@ -162,6 +162,10 @@ class FrameObjects:
             raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
         return others
 
+    def _taken(self) -> set[Any]:
+        """Return the objects that the parts so far name as their own or as a reference."""
+        return {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+
     def _others_of_kind(self, phrase: NounPhrase) -> tuple[int, ...]:
         """Return the others of a kind of which only some were spoken of: "one can on the plate, the others in a row"."""
         before = self.known.frame
@@ -171,7 +175,7 @@ class FrameObjects:
         some = before.objects[0].mention
         if some is None or some.noun == ANY or some.definite or not some.count:
             return ()
-        taken = {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+        taken = self._taken()
         kind = self.find.candidates.matching(replace(some, count=None, exact=False))
         return tuple(one for one in kind if one not in taken) if len(kind) > some.count else ()
 

@@ -6,7 +6,10 @@ import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.writer import NetworkWriter
+from grounding.goal_reading.spelling import corrected
 from grounding.interpreter import Interpreter
+from grounding.references.phrases import Vocabulary
+from grounding.references.word_forms import FORMS
 
 
 @pytest.fixture(scope="module")
@@ -63,6 +66,7 @@ def test_the_third_of_what_was_placed_is_not_the_structure(interpreter, objects)
     ("text", "goal"),
     [
         ("set the table for my grandmother", "table setting of everything else"),
+        ("make a table setting for one", "table setting of everything else"),
         ("put the cups in the back", "structure of 3, 4, 5, top"),
         ("put the bowl at the back and the mug in front", "7 at top; 6 at bottom"),
         ("stack the cans with the biggest can at the bottom", "tower of 0, 1, 2, order by volume descending from bottom"),
@@ -81,10 +85,6 @@ def test_wishes_that_only_look_like_these_are_still_read(interpreter, objects, t
 
 
 def test_an_inflected_word_is_not_corrected_to_another_wish(encoder):
-    from grounding.goal_reading.spelling import corrected
-    from grounding.references.phrases import Vocabulary
-    from grounding.references.word_forms import FORMS
-
     words = [corrected(word, Vocabulary(FORMS), encoder.whole_words) for word in ("fullest", "talest", "biggst")]
     assert words == ["fullest", "tallest", "biggest"]
 
@@ -95,5 +95,5 @@ def test_of_many_wishes_that_no_goal_can_hold_few_are_built_in_silence(interpret
     silent = [text for text, each in zip(wishes, read, strict=True) if each.status == "ok" and not each.message]
     remarked = [text for text, each in zip(wishes, read, strict=True) if each.status == "ok" and each.message]
     assert len(wishes) == 160
-    assert len(silent) <= 9, silent  # 9: most of them say only how the arm should work ("simultaneously")
+    assert len(silent) <= 8, silent  # most of them say only how the arm should work ("simultaneously")
     assert len(remarked) <= 18, remarked
