@@ -26,6 +26,7 @@ LAYERS = (
     ("grounding.foreign_languages", "grounding.goal_benchmark", "grounding.unsupported", "structdiffusion.relations"),
     ("grounding.goal_network",),
     ("grounding.dialogue", "grounding.llm_goals"),
+    ("grounding.interpretation",),
     (
         "grounding.interpreter",
         "grounding.training",

@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from agent.arm.arm_model import DEFAULT_MODEL, END_EFFECTOR, FINGER_TIPS, FINGERS, arm_model
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
@@ -113,6 +112,7 @@ def contact_angles(widths: np.ndarray) -> np.ndarray:
     """
     meets = ((gaps() <= widths[:, None]) & (widths > 0.0)[:, None]).any(axis=2)
     first = meets.argmax(axis=1)
-    around = maximum_filter1d(widths, 7, axis=1, mode="constant")  # within 1 cm: few points may be seen at one level
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(widths, ((0, 0), (3, 3))), 7, axis=1)
+    around = near.max(axis=2)  # within 1 cm: few points may be seen at one level
     overlap = np.where(widths > 0.0, around - gaps()[first], -np.inf).max(axis=1)
     return np.where(meets.any(axis=1) & (overlap <= ONTO), ANGLES[first], np.nan)

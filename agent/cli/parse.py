@@ -32,7 +32,7 @@ from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
     from agent.pipeline.instruction_parser import ReadingOptions
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
 
 # Instructions that are parsed at once: among 128 enough have the same length to share a batch without padding, and they
 # take less than a second.

@@ -14,7 +14,8 @@ from grounding.goal_benchmark.scoring import score_goals
 from grounding.goal_benchmark.templates import templated_goal_rows
 
 if TYPE_CHECKING:
-    from grounding.interpreter import Interpretation, Interpreter
+    from grounding.interpretation import Interpretation
+    from grounding.interpreter import Interpreter
 
 SHIPPED_GOALS: Mapping[str, Callable[[], list[GoalRow]]] = {"templated": templated_goal_rows, "free": free_goal_rows}
 TIMED = 50  # instructions that are timed one by one

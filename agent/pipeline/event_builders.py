@@ -17,7 +17,7 @@ from grounding.goals.parts import StructurePart
 if TYPE_CHECKING:
     from agent.pipeline.table_goal import TableGoal
     from agent.scenes.table_scene import TableScene
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
     from structdiffusion.observation import Arrangement, ObjectCloud, Scene
 
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures

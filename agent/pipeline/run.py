@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
     from grounding.goals.goal import Goal
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Scene, StructureGoal

@@ -37,7 +37,7 @@ from structdiffusion.observation import ObjectCloud, Scene
 from structdiffusion.simulation.depth_camera import camera_at
 
 if TYPE_CHECKING:
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
 
 _MESHES = "meshes"  # the folder beside a saved scene file
 _SETTLE_SECONDS = 1.0

@@ -23,7 +23,7 @@ from structdiffusion.observation import Table
 from structdiffusion.structures import STRUCTURES
 
 if TYPE_CHECKING:
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
 
 MOST_OBJECTS = 10  # on a drawn table
 _DRAWS = 60

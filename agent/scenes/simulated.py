@@ -14,7 +14,7 @@ from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_sce
 from structdiffusion.objects.model import ObjectModel, unique_names
 
 if TYPE_CHECKING:
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
 
 MOST_OBJECTS = 7  # that take part in a drawn scene
 _DRAWS = 60  # a few suffice unless the instruction asks for a rare mixture, such as two cans and the only mug

@@ -26,7 +26,7 @@ from structdiffusion.limits import SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
 
 if TYPE_CHECKING:
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
 
 SIMULATED, EXAMPLE = "simulated", "example"
 RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")

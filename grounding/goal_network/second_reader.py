@@ -44,7 +44,11 @@ _EXCEPTION = re.compile(
     r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
     re.IGNORECASE,
 )
-_KEPT = re.compile(r"\b(?:stay\w*|remain\w*|untouched|alone|where (?:it|they) (?:is|are))\b", re.IGNORECASE)
+_KEPT = re.compile(
+    r"\b(?:stay\w*|keep\w*|kept|leav\w+|remain\w*|untouched|alone|where (?:it|they) (?:is|are)|exempt\w*|excus\w+|mind|bother\w*"
+    r"|not (?:required|needed|wanted)|ignor\w+|forget|skip\w*)\b",
+    re.IGNORECASE,
+)
 # Words that change a wish wherever they occur: no goal can hold them, so a goal without them is another wish.
 WEIGHTY = frozenset(
     "upside inverted lean leans leaning tilt tilted tilting rotate rotated rotating flip flipped sideways lid "
@@ -55,8 +59,10 @@ WEIGHTY = frozenset(
 WEIGHTY_IF_UNKNOWN = frozenset(
     "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
     "parallel perpendicular angle angled without never balance balanced letter letters word words spell tomorrow "
-    "later yesterday minutes seconds hours touch touches touching contact something somehow space room".split()
+    "later yesterday minutes seconds hours touch touches touching contact something somehow space room "
+    "denser sparser trapezoid hexagon pentagon octagon rhombus".split()
 )
+_FAR = frozenset("far away farther further farthest furthest".split())
 
 
 @dataclass(frozen=True)
@@ -230,7 +236,9 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     settled = reading.work or reading.conditions or reading.never or reading.definite
     if second.goal is None or not first.requests or settled:
         return False
-    if WEIGHTY & set(second.uncopied) or first.asks_place or _left_over(second, first):
+    if WEIGHTY & set(second.uncopied) or first.asks_place:
+        return False
+    if _lacks_objects(second, first) or _brings_together(second):
         return False
     if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
         return False  # the network knows no pairs
@@ -247,15 +255,18 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
 
 
-def _left_over(second: NetworkReading, first: FirstReading) -> bool:
-    """Return whether the network's goal lacks an object of the instruction that the grammar had no use for either, or
-    brings objects together that the instruction keeps apart."""
-    uncopied, named = set(second.uncopied), set(second.goal.named_objects())
+def _lacks_objects(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether the network's goal lacks an object of the instruction that the grammar had no use for either."""
     everything = any(part.objects is None for part in second.goal.structures)
-    left_over = () if everything or first.keeps else first.reading.left_over
-    lacks = any(named.isdisjoint(fitting) for fitting in left_over)
-    near = any(isinstance(part, RelationPart) and part.relation == "next to" and part.distance is None for part in second.goal.parts)
-    return lacks or (near and {"far", "away", "farther", "further", "farthest", "furthest"} & uncopied and "from" in uncopied)
+    named = set(second.goal.named_objects())
+    return not (everything or first.keeps) and any(named.isdisjoint(each) for each in first.reading.left_over)
+
+
+def _brings_together(second: NetworkReading) -> bool:
+    """Return whether the network's goal puts something next to what the instruction wants it far from."""
+    relations = [part for part in second.goal.parts if isinstance(part, RelationPart)]
+    near = any(part.relation == "next to" and part.distance is None for part in relations)
+    return near and "from" in second.uncopied and not _FAR.isdisjoint(second.uncopied)
 
 
 def _differ(goal: Goal, other: Goal, count: int | None) -> bool:
@@ -312,4 +323,4 @@ def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
     """
     uncopied = set(second.uncopied)
     unread = [words for words in first.residue if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
-    return tuple(filter(None, (*second.notes, unread_note(unread))))
+    return tuple(filter(None, (*second.notes, unread_note(unread, second.goal or Goal()))))

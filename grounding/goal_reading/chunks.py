@@ -35,8 +35,10 @@ _POSSESSIVE = re.compile(r"(?:to|on) (?:its|their) (?P<side>left|right)(?: hand)
 _TABLE_SETTING = re.compile(
     r"(?:set|lay|prepare|dress) (?:the |my |a |one |me a |up the )?(?:(?:dinner|breakfast|lunch|supper) )?(?:table|place setting|place|cover)(?: for (?:one|me|dinner|lunch|breakfast|supper|a guest|a meal|one person|us))*"
 )
+_PERSONS = "people|persons|guests|of us|diners|friends|kids|children|adults"
 _FOR_SEVERAL = re.compile(
-    rf"for (?:{COUNT})(?: (?:people|persons|guests|of us|diners|friends|kids|children))?(?=$| (?:[.,;!?]|and|on|at|in|please|with))"
+    rf"for (?:(?!(?:one|1)\b){COUNT}(?: (?:{_PERSONS})(?: (?:sitting|seated|eating|dining|facing)(?: \w+)?)?|(?=$| (?:[.,;!?]|and|on|at|in|please|with)))"
+    rf"|(?:a|the|our|my) (?:whole )?(?:family|couple|party|group|crowd)(?: of {COUNT})?|(?:both|all) of us|everyone|everybody)"
 )
 _DIAGONAL = re.compile(
     r"diagonal(?:ly)?|zig ?zag|spiral|heart|star|(?:the )?(?:letter|word)s? (?P<l>\w+)|upside down|degrees?"
@@ -131,7 +133,7 @@ class Chunker:
             found.append(Chunk("size", SIZES[match[0].group("size")], place, match[1]))
         if match := said.match(_TABLE_SETTING, place):
             found.append(Chunk("table setting", "table setting", place, match[1]))
-        if before and before[-1].kind == "table setting" and (match := said.match(_FOR_SEVERAL, place)):
+        if before and _is_setting(before[-1]) and (match := said.match(_FOR_SEVERAL, place)):
             found.append(Chunk("unknown", SEVERAL_PERSONS, place, match[1]))  # a setting is for one
         if (heading := heading_at(said, place)) is not None:
             found.append(Chunk("rotation", heading[0], place, heading[1]))
@@ -233,6 +235,10 @@ class Chunker:
         if word == LENGTH:
             return [Chunk("length", True, place, place + 1)]
         return []
+
+
+def _is_setting(chunk: Chunk) -> bool:
+    return chunk.kind == "table setting" or (isinstance(chunk.value, Shape) and chunk.value.name == "table setting")
 
 
 def _sentence(before: list[Chunk]) -> list[Chunk]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from grounding.goal_reading.frame import Frame, Predicate
+from grounding.goal_reading.frame import PLACING, Frame, Predicate
 from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.places import Place
 
-_PLACES = ("relation", "relation it", "place", "along", "apart", "inner")
 _STANDING = ("left of", "right of", "in front of", "behind", "next to", "on", "in")
 _SIDES = {"left": Place("left"), "right": Place("right"), "near": Place(None, "bottom"), "far": Place(None, "top")}
 
@@ -19,7 +18,7 @@ def is_replaced(frame: Frame, following: Sequence[Frame]) -> bool:
     after = next((one for one in following if one.verb != "mention"), None)
     if after is None or after.negated or after.stays or after.verb == "leave" or not after.predicates or not frame.objects:
         return False
-    if frame.has(*_PLACES) and not after.has(*_PLACES):
+    if frame.has(*PLACING) and not after.has(*PLACING):
         return False  # "never put a cup near the bowl; line the cups up"
     if not after.objects:
         return after.verb != ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from grounding.goal_reading.frame import Frame
+from grounding.goal_reading.frame import PLACING, Frame
 
 OPPOSITES = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
 RELATION_OF_SIDE = {"left": "left of", "right": "right of", "top": "behind", "bottom": "in front of"}
@@ -12,7 +12,7 @@ RELATION_OF_SIDE = {"left": "left of", "right": "right of", "top": "behind", "bo
 # Kinds of what is said that take each other's place.
 _ALIKE = (
     frozenset(("shape", "verb shape", "stacked", "side by side", "grid", "rows", "columns", "table setting", "together")),
-    frozenset(("place", "along", "inner", "relation", "relation it", "apart", "beside each other")),
+    frozenset((*PLACING, "beside each other")),
 )
 
 

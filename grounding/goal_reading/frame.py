@@ -18,6 +18,9 @@ PREDICATES = frozenset((
 # Those that say how objects stand to others.
 RELATIONAL = ("relation", "apart", "relation it", "either side")
 
+# Those that say where objects stand, and not in which shape.
+PLACING = ("place", "along", "inner", "relation", "relation it", "apart")
+
 
 @dataclass(frozen=True)
 class Predicate:

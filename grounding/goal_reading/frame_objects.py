@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from grounding.goal_reading.antecedents import Antecedents
@@ -13,6 +14,7 @@ from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goals.parts import Objects, PartReference
 from grounding.parse_result import OBJECT, Question, shortened
+from grounding.references.phrases import ANY
 
 _SOME_OF = re.compile(r"(?:\d+|one|two|three|four|five|six|some|a few|a couple) of\b", re.IGNORECASE)
 
@@ -137,7 +139,7 @@ class FrameObjects:
         left_out = self._left_out(phrase)
         if phrase.mention is not None and phrase.kind == "rest":
             same = self.find.find(phrase)
-            taken = {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+            taken = self._taken()
             rest = tuple(one for one in same if one not in taken)
             if not rest:
                 raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
@@ -145,20 +147,37 @@ class FrameObjects:
         if phrase.left is not None and (
             others := self.find.rest(
                 phrase,
-                {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+                self._taken()
                 | left_out
                 | self.known.left_out,
             )
         ):
             return others
         if not left_out:
-            return None
+            return self._others_of_kind(phrase) or None
         if self.find.count is None:
             return (f"everything but {' and '.join(map(str, sorted(left_out, key=str)))}",)
         others = tuple(i for i in range(self.find.count) if i not in left_out)
         if not others:
             raise ReadingError(f"nothing is left for {phrase.text!r} in {shortened(self.text)!r}")
         return others
+
+    def _taken(self) -> set[Any]:
+        """Return the objects that the parts so far name as their own or as a reference."""
+        return {one for part in self.drafts for one in (*(part.objects or ()), *objects_of(part.relation))}
+
+    def _others_of_kind(self, phrase: NounPhrase) -> tuple[int, ...]:
+        """Return the others of a kind of which only some were spoken of: "one can on the plate, the others in a row"."""
+        before = self.known.frame
+        known = self.find.objects is not None and not self.find.catalogue
+        if phrase.kind != "rest" or not known or before is None or len(before.objects) != 1:
+            return ()
+        some = before.objects[0].mention
+        if some is None or some.noun == ANY or some.definite or not some.count:
+            return ()
+        taken = self._taken()
+        kind = self.find.candidates.matching(replace(some, count=None, exact=False))
+        return tuple(one for one in kind if one not in taken) if len(kind) > some.count else ()
 
     def structure_of(self, phrase: NounPhrase) -> int:
         """Return the number of the structure that a phrase such as "the row" means."""

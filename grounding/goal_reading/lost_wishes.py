@@ -45,8 +45,14 @@ _NEVER_HELD = re.compile(
     r"|from (?:the|my) (?:\w+ ){1,2}corner to (?:the|my) (?:\w+ ){1,2}corner|corner to (?:the opposite |opposite )?corner"
     r"|between every two(?! (?:neighbou?rs?|of them|adjacent)\b)|(?<!left )(?<!right )(?<!front )(?<!back )(?<!near )(?<!far )(?:half|most|a third|a quarter|a part) of (?:the|my|these|those|them)(?! (?:table|desk|surface|row|way)\b)|(?:half|twice|(?:two|three|four|\d+) times) as \w+"
     r"|back (?:to )?(?:where|the way|how|as) (?:it|they|that|everything) (?:was|were)"
-    r"|(?:put|place|bring|give|take|set) (?:the|my|it|them|that|those|these|everything|all)(?: (?!(?:at|in|to|on|the|toward|towards|near|along|by|from|against|into|onto)\b)\w+){0,3} back(?=$| (?:[.,;!?|]|and|now|again|please))"
+    r"|(?:put|place|bring|give|take|set) (?:the|my|it|them|that|those|these|everything|all)(?: (?!(?:at|in|to|on|the|toward|towards|near|along|by|from|against|into|onto|far|way|further|farther|right|left)\b)\w+){0,3} back(?=$| (?:[.,;!?|]|and|now|again|please))"
     r"|(?:get|gets|getting|becomes?|becoming|grows?|growing) (?:closer|farther|further|tighter|looser|denser|sparser)"
+    r"|(?:(?:two|three|four) (?:thirds|quarters|fifths)|a fifth|\d+ ?(?:%|percent)) of"
+    rf"|at (?:most|least) {_LENGTH_SAID}.*at (?:most|least) {_LENGTH_SAID}|between \d+ and \d+ ?(?:{UNIT})"
+    r"|(?:one|an?|the \w+) (?:arm|side|end|leg|half|bar) (?:longer|shorter|wider|bigger|larger|smaller|denser|taller)"
+    r"|(?:denser|sparser|tighter|looser|closer together) (?:on|at|in|towards?) the \w+(?: side| end)? than"
+    r"|(?:use|with|using) (?:your|the) (?:left|right|other) (?:arm|gripper)|opposite (?:to |of |from )?(?:the|my) (?!edge|side|end|corner|one\b|way)\w+"
+    r"|(?:^|(?<=[.,;!?] ))either (?!way|side|of|one|end)\w+ (?:the|my|all|a|an) (?:\w+ )*?or"
     r"|leaning(?! (?:over|back))|facing (?:each other|one another|inwards?|outwards?|the (?:cans?|cups?|bowl|plate|mug)))\b",
     re.IGNORECASE,
 )

@@ -21,7 +21,10 @@ COUNTS: Mapping[str, int] = {
 }  # fmt: skip
 _TENS = {"twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90}
 # After these "in" is a unit: "5 in apart", and not "put 3 in the bowl".
-_AFTER_IN = frozenset("apart away gap gaps spacing radius long wide across left right behind diameter".split())
+_AFTER_IN = frozenset(
+    "apart away gap gaps spacing radius long wide across left right behind diameter closer nearer farther further forward forwards "
+    "backward backwards toward towards".split()
+)
 
 
 def count_at(said: Words, place: int) -> tuple[int, int] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from grounding.goal_reading.beyond import alternatives, asks_beyond, known, unknown_subjects
 from grounding.goal_reading.chunk import Chunk
@@ -19,7 +19,6 @@ from grounding.goal_reading.feasibility import infeasible
 from grounding.goal_reading.frames import Framer
 from grounding.goal_reading.lost_wishes import lost_wishes, never_held, without_asides
 from grounding.goal_reading.measures import lengths_of
-from grounding.goal_reading.noun_phrase import NounPhrase
 from grounding.goal_reading.pairings import paired_words
 from grounding.goal_reading.reports import without_reports
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
@@ -49,8 +48,7 @@ class GoalReading:
     Attributes:
         goal: the parts; empty where there is a problem.
         problem: why it cannot be read, or "".
-        definite: whether the problem stands however else the words are read: a contradiction, or a choice of objects by
-            what nothing here can tell.
+        definite: whether the problem stands however else the words are read: a wish that excludes another one.
         question: what must be known first.
         residue: words that carry a meaning and were not understood.
         beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
@@ -158,8 +156,7 @@ class GoalReader:
             residue=(*(chunk.said for chunk in framer.residue), *held),
             beyond=asks_beyond(chunks, frames),
             verbs=any(chunk.kind == "verb" for chunk in chunks),
-            left_over=_fitting(_left_over(framer, composer, known_there), find),
-            lost=_lost(framer, composer, known_there, held),
+            **_unused(framer, composer, known_there, held),
             work=tuple(chunk.said for chunk in chunks if chunk.kind == "work"),
             conditions=tuple(chunk.value for chunk in chunks if chunk.kind == "condition"),
             never=never,
@@ -182,8 +179,7 @@ class GoalReader:
             return replace(reading, question=doubt.question)
         except (ImpossibleError, UnjudgedError) as error:
             residue = tuple(words for words in reading.residue if not composer.paired or words not in paired)
-            definite = isinstance(error, UnjudgedError)
-            return replace(reading, problem=str(error), beyond=True, residue=residue, definite=definite)
+            return replace(reading, problem=str(error), beyond=True, residue=residue)
         except (ReadingError, SpecError, SelectionError) as error:
             return replace(reading, problem=_sentence(text, error), definite=isinstance(error, ContradictionError))
         if composer.paired:
@@ -191,11 +187,10 @@ class GoalReader:
         reading = replace(
             reading,
             residue=(*(chunk.said for chunk in framer.residue), *held, *filter(None, composer.unread)),
-            left_over=_fitting(_left_over(framer, composer, known_there), find),
-            lost=_lost(framer, composer, known_there, held),
+            **_unused(framer, composer, known_there, held),
         )
         if problem:
-            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}", definite=True)
+            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}")
         return replace(
             reading,
             goal=goal,
@@ -216,33 +211,23 @@ class GoalReader:
         return without_reports(chunks, said, Clauses(said, nouns), narrated)
 
 
-def _left_over(framer: Framer, composer: Composer, there: Sequence[SceneObject] | None) -> tuple[NounPhrase, ...]:
-    """Return the phrases for objects that are there and that no frame or no part took."""
-    if not there:
-        return ()
-    framed = [one.value for one in framer.residue if one.kind == "noun phrase"]
-    return tuple(phrase for phrase in (*framed, *composer.unused) if known([phrase]))
-
-
-def _fitting(phrases: Sequence[NounPhrase], find: SceneReferences) -> tuple[tuple[int, ...], ...]:
-    """Return for each phrase with a noun the objects that it fits, where there are any."""
-    named = [phrase.mention for phrase in phrases if phrase.mention is not None and phrase.mention.noun != ANY]
-    return tuple(filter(None, (tuple(find.candidates.matching(mention)) for mention in named)))
-
-
-def _lost(
+def _unused(
     framer: Framer, composer: Composer, there: Sequence[SceneObject] | None, held: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Return the words that no frame or no part took and that surely ask for something."""
-    objects = [phrase.text for phrase in _left_over(framer, composer, there)]
+) -> dict[str, Any]:
+    """Return what no frame or no part took: `left_over` and `lost` of a reading."""
+    framed = [one.value for one in framer.residue if one.kind == "noun phrase"]
+    phrases = [phrase for phrase in (*framed, *composer.unused) if there and known([phrase])]
+    named = [phrase.mention for phrase in phrases if phrase.mention is not None and phrase.mention.noun != ANY]
+    fitting = (tuple(composer.find.candidates.matching(mention)) for mention in named)
     colours = {colour for each in there or () if each.attributes is not None for colour in each.attributes.colors}
     subjects = unknown_subjects(framer.chunks) if there else ()
-    return lost_wishes(
+    lost = lost_wishes(
         composer.text,
         [*(one.said for one in framer.residue), *(phrase.text for phrase in composer.unused), *held],
-        [*objects, *subjects, *held],
+        [*(phrase.text for phrase in phrases), *subjects, *held],
         colours,
     )
+    return {"left_over": tuple(filter(None, fitting)), "lost": lost}
 
 
 def _sentence(text: str, error: Exception) -> str:

@@ -45,7 +45,7 @@ def corrected(word: str, nouns: Vocabulary, known: Collection[str]) -> str:
         return _short(word, nouns.heads) or word
     if word in _words() or word in nouns.forms or word in known or not 4 <= len(word) <= 24 or not word.isascii():
         return word
-    inflected = any(stem in known for stem in stems_of(word))  # "fullest" is no slip of "tallest"
+    inflected = any(stem in known or stem in TELLING_ADJECTIVES for stem in stems_of(word))  # "fullest" is no slip of "tallest"
     return _nearest(word, frozenset(nouns.heads), 1 if inflected else 2) or word
 
 

@@ -19,7 +19,7 @@ from structagent.scenes import Scene
 
 if TYPE_CHECKING:
     from agent.pipeline.resources import ResourceCache
-    from grounding.interpreter import Interpretation
+    from grounding.interpretation import Interpretation
 
 PARSERS = ("embedding", "llm")
 VIEWPOINTS = ("robot", "opposite")

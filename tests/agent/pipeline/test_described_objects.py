@@ -14,7 +14,7 @@ from agent.scenes.record_bag import record_session
 from agent.scenes.simulated import draw_goal_scene
 from agent.scenes.sources import DrawnSource
 from agent.scenes.table_scene import TableScene
-from grounding.interpreter import Interpretation
+from grounding.interpretation import Interpretation
 from grounding.parse_result import Parse
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw

@@ -2,7 +2,7 @@
 
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.interpreter import Interpretation
+from grounding.interpretation import Interpretation
 from grounding.parse_result import Parse
 from grounding.references.selection import Selection
 from grounding.spec import StructureSpec

@@ -6,7 +6,8 @@ import pytest
 from agent.scenes.several_parts import draw_several_parts, scatter
 from agent.scenes.sources import DrawnSource
 from grounding.goals.goal import Goal
-from grounding.interpreter import Interpretation, Interpreter
+from grounding.interpretation import Interpretation
+from grounding.interpreter import Interpreter
 from grounding.parse_result import Parse
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import SceneError
