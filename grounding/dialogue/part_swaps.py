@@ -13,8 +13,9 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart
 
 _SWAP = re.compile(
-    r"\b(?:swap|switch|exchange|trade|interchange)(?: (?:the|their|these|those|two|both|of|them|it))*"
-    r"(?: (?:sides|places|positions|parts|structures|around|round|over))*\b|\b(?:the )?other way (?:a)?round\b"
+    r"\b(?:swap(?:ped)?|switch(?:ed)?|exchanged?|traded?|interchanged?|change (?=places|parts|sides|roles))"
+    r"(?: (?:the|their|these|those|two|both|of|them|it))*"
+    r"(?: (?:sides|places|positions|parts|roles|structures|around|round|over|between (?:them|em|each other)))*\b|\b(?:the )?other way (?:a)?round\b"
     r"|\bvice versa\b"
 )
 _FOR_ANOTHER = re.compile(r"\b(?:for|with|by|into)\b")

@@ -14,6 +14,7 @@ from grounding.dialogue.goal_changes import added, listed, objects_of
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, anew, new_goal
 from grounding.dialogue.interjections import without_interjections
+from grounding.dialogue.object_exchanges import objects_exchanged
 from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged
 from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
@@ -21,8 +22,9 @@ from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.part_replacements import replaced, which_is_replaced, which_object_goes
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
+from grounding.dialogue.revision_checks import unsupported
 from grounding.dialogue.scene_reader import GoalReader, SpokenReading
-from grounding.dialogue.second_opinion import second_opinion
+from grounding.dialogue.second_opinion import goal_after, second_opinion
 from grounding.goal_reading.verb_words import VERBS
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
@@ -81,12 +83,24 @@ def revise_goal(
     text = _with_unit(without_interjections(text), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
     turn = Turn(last, text, said, reader, stands, built)
-    return second_opinion(turn, _by_rules(turn))
+    return second_opinion(turn, _supported(turn, _by_rules(turn)))
+
+
+def _supported(turn: Turn, found: GoalRevision) -> GoalRevision:
+    """Return what the rules found, or a refusal where the sentence has no words for it."""
+    goal = goal_after(turn, found) if found.status == "ok" else None
+    reason = "" if goal is None else unsupported(turn, goal, found.kind)
+    if not reason:
+        return found
+    message = f"{shortened(turn.text)!r} was not understood as a correction: {reason}"
+    return GoalRevision(turn.last, "refused", message=message)
 
 
 def _by_rules(turn: Turn) -> GoalRevision:
     """Return the effect of a sentence as the rules read it."""
     last, text = turn.last, turn.text
+    if last.parts and len(text) <= _LONGEST_CORRECTION and (other := objects_exchanged(turn)) is not None:
+        return other
     spec = last.plain_spec if last.parts else StructureSpec()
     if spec is not None:
         return _of_plain(turn, spec)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, fields, replace
 
+from grounding.dialogue.edge_edits import along_another_edge
 from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText, Span
 from grounding.dialogue.order_edits import extreme_at_an_end
@@ -91,6 +92,8 @@ def structure_change(
         return StructureChange(replace(part, order=_reversed(part.order)))
     if (ordered := extreme_at_an_end(part, text.said)) is not None:
         return StructureChange(ordered)
+    if (moved := along_another_edge(part, text, [*spans, *subjects])) is not None:
+        return StructureChange(moved)
     trouble: CannotApplyError | None = None
     try:
         by_length = length_change(part, text, spans)

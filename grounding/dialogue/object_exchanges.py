@@ -1,0 +1,122 @@
+"""Exchange objects of a goal for others, and let further ones join a structure: "drill in, hammer out", "the cans too"."""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from dataclasses import replace
+
+from grounding.dialogue.goal_changes import exchanged, objects_of, with_part
+from grounding.dialogue.goal_mentions import Span
+from grounding.dialogue.goal_revision import GoalRevision, Turn
+from grounding.goals.goal import Goal
+from grounding.goals.parts import GoalError, Objects, RelationPart, StructurePart
+
+_POLITE = (
+    r"(?:(?:please|now|ok|okay|so|then|just|actually|no|nope|yes|yeah|well|sorry|wait|and|but|oh|hm+|uh|um|also|alright"
+    r"|all right|i meant?|i said|i want|i'd like|let|let's|make that|make it|the|my|plus|put|take|use|have|get)[ ,]+)*"
+)
+_AFTER = (
+    r"(?:[ ,]+(?:please|now|then|instead|rather|after all|too|also|as well|for (?:it|that|them)|there|sorry|thanks|"
+    r"in there|pls|plz|rest as (?:it )?is|the rest stays))*[ .!]*"
+)
+# What is said with two phrases for objects, of which one is in the goal and goes, and the other comes.
+_EXCHANGES = tuple(
+    re.compile(rf"{_POLITE}{pattern}{_AFTER}")
+    for pattern in (
+        r"<0> out[ ,]+(?:and )?(?:put )?(?:in )?(?:the )?<1>(?: in| instead)?",
+        r"<0> in[ ,]+(?:and )?(?:the )?<1> out",
+        r"<0>[ ,]+(?:and |but )?not (?:the )?<1>",
+        r"not (?:the )?<0>[ ,]+(?:but )?(?:the )?<1>",
+        r"(?:without |no )(?:the )?<0>[ ,]+(?:but )?(?:the )?<1> instead",
+        r"<0> (?:instead of|in place of|rather than|in the place of) (?:the )?<1>",
+        r"(?:instead of|in place of|rather than|in the place of) (?:the )?<0>[ ,]+(?:take |use |put )?(?:the )?<1>",
+        r"(?:replace|swap|exchange|switch|trade|substitute|change) (?:out )?(?:the )?<0> (?:with|by|for|against|to|into) (?:the )?<1>",
+        r"<0> for (?:the )?<1>",
+    )
+)
+_STRUCTURE = r"(?:<part>|it|them|there|this|that|these|those|the (?:others|same (?:one|\w+)))"
+_JOINS = tuple(
+    re.compile(rf"{_POLITE}(?:add )?<0>(?: (?:should|can|may|must|could|will|wants? to|want to|is to))*(?: (?:go|goes|come|comes|be|put))?"
+               rf" {pattern}{_AFTER}")
+    for pattern in (
+        rf"(?:joins?|join in with|belongs? (?:in|to)|(?:is |be )?part of|wants? in on|parks? with|in with|along with) {_STRUCTURE}",
+        rf"(?:in|into|to|onto|on|with) {_STRUCTURE} (?:too|as well|also)",
+        rf"(?:in|into) (?:the same |that same )?<part>",
+        r"joins?(?: in)?",
+    )
+)  # fmt: skip
+
+
+def objects_exchanged(turn: Turn) -> GoalRevision | None:
+    """Return the goal with other objects in place of some, or more in a structure; `None` where that is not said."""
+    template, named = _template(turn)
+    if len(named) == 2 and any(pattern.fullmatch(template) for pattern in _EXCHANGES):
+        return _with_others(turn, *named)
+    if len(named) == 1 and any(pattern.fullmatch(template) for pattern in _JOINS):
+        return _with_more(turn, named[0])
+    return None
+
+
+def _template(turn: Turn) -> tuple[str, list[tuple[int, ...]]]:
+    """Return the sentence with "<0>" and so on for its objects and "<part>" for its parts, and what the objects are."""
+    spans: list[tuple[Span, str]] = [(one.span, "<part>") for one in turn.said.parts]
+    named = [one for one in turn.said.mentions]
+    spans += [(one.span, f"<{number}>") for number, one in enumerate(named)]
+    said = turn.said.said
+    for (first, end), word in sorted(spans, reverse=True):
+        said = f"{said[:first]}{word}{said[end:]}"
+    return said, [one.indices for one in named]
+
+
+def _with_others(turn: Turn, one: tuple[int, ...], other: tuple[int, ...]) -> GoalRevision | None:
+    known = set(turn.last.named_objects())
+    inside = [set(each) & known for each in (one, other)]
+    if not one or not other or (bool(inside[0]) == bool(inside[1])):
+        return None
+    goes, comes = (one, other) if inside[0] else (other, one)
+    goes = tuple(index for index in goes if index in known)
+    with suppress(GoalError):
+        if len(goes) == len(comes):
+            instead = dict(zip(goes, comes, strict=True))
+            return _changed(turn, Goal(tuple(exchanged(part, instead) for part in turn.last.parts)))
+        parts = [
+            replace(part, objects=_replaced(part.objects, goes, comes)) if isinstance(part, StructurePart) else part
+            for part in turn.last.parts
+        ]
+        goal = Goal(tuple(parts))
+        left = {index for part in goal.parts for index in _all_of(goal, part)}
+        return None if left & set(goes) else _changed(turn, goal)
+    return None
+
+
+def _replaced(objects: Objects | None, goes: tuple[int, ...], comes: tuple[int, ...]) -> Objects | None:
+    if not isinstance(objects, tuple) or not set(goes) <= set(objects):
+        return objects
+    place = objects.index(goes[0])  # type: ignore[arg-type]
+    kept = [index for index in objects[place:] if index not in goes]
+    return (*(index for index in objects[:place] if index not in goes), *comes, *kept)  # type: ignore[return-value]
+
+
+def _all_of(goal: Goal, part: StructurePart | RelationPart) -> tuple[int, ...]:
+    reference = part.reference if isinstance(part, RelationPart) else part.around
+    return (*objects_of(goal, part.objects), *objects_of(goal, reference))
+
+
+def _with_more(turn: Turn, comes: tuple[int, ...]) -> GoalRevision | None:
+    """Return the goal in which further objects join the structure that is spoken of, or the only one."""
+    spoken = [number for one in turn.said.parts for number in one.numbers]
+    numbers = spoken or [n for n, part in enumerate(turn.last.parts) if isinstance(part, StructurePart)]
+    if not comes or len(numbers) != 1 or set(comes) & set(turn.last.named_objects()):
+        return None
+    part = turn.last.parts[numbers[0]]
+    if not isinstance(part, StructurePart) or part.objects is None or len(turn.last.parts) > 1 and not spoken:
+        return None
+    with suppress(GoalError):
+        return _changed(turn, with_part(turn.last, numbers[0], replace(part, objects=(*part.objects, *comes))))  # type: ignore[arg-type]
+    return None
+
+
+def _changed(turn: Turn, goal: Goal) -> GoalRevision | None:
+    changed = tuple(n for n, part in enumerate(goal.parts) if part != turn.last.parts[n])
+    return GoalRevision(goal, "ok", "edit", "", changed) if changed else None

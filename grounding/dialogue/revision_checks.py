@@ -1,0 +1,212 @@
+"""Check the effect of a correction against its words, so that no rule changes what nobody spoke of.
+
+The rules of corrections each know a few words, and what is said around these can mean something else: "the green can
+doesn't belong" is no wish for a tower of the green can. A goal is only changed in what the sentence has words for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from grounding.dialogue.goal_changes import objects_of
+from grounding.dialogue.goal_revision import Turn
+from grounding.goals.goal import Goal
+from grounding.goals.parts import DIRECTIONAL, Part, RelationPart, StructurePart
+from grounding.structure_words import STRUCTURES
+
+_LARGE = r"large|larger|big|bigger|huge|giant|wide|wider|broad|broader|room(?:y|ier)|loose\w*|spac\w+|long|longer|enlarge\w*|" \
+    r"grow\w*|expand\w*|stretch\w*|increase\w*|spread\w*|apart|enormous|gigantic|massive|max\w*|up|more"  # fmt: skip
+_SMALL = r"small|smaller|smallish|tiny|tinier|little|wee|titchy|compact\w*|tight\w*|dense|denser|close|closer|together|" \
+    r"shrink\w*|reduce\w*|narrow|narrower|short|shorter|squeeze\w*|mini\w*|shr[au]nk|down|less"  # fmt: skip
+_MEDIUM = rf"medium\w*|mid|middl\w+|average|normal|half|{_LARGE}|{_SMALL}"
+_TURNING = r"fac\w+|point\w*|open\w*|turn\w*|rotat\w+|look\w*|flip\w*|direction|mouth|gap|hole|clockwise|degrees?|other|" \
+    r"round|around|towards?|away|north|south|east|west|opposite|reverse\w*"  # fmt: skip
+_ACROSS = r"left\w*|right\w*|cent(?:er|re)\w*|mid\w*|east|west|sides?|opposite|swap\w*|switch\w*|exchange\w*|trade\w*|" \
+    r"other|over|corner|between|versa|round|mirror\w*"  # fmt: skip
+_ALONG = r"top|bottom|front|back|rear|near\w*|far\w*|behind|clos\w+|towards?|away|up|down|me|middle|mid|cent(?:er|re)\w*|" \
+    r"forwards?|further|upper|lower|opposite|swap\w*|switch\w*|exchange\w*|trade\w*|other|corner|versa|round|edge|ahead"  # fmt: skip
+_WORDS = {
+    "size": {"large": _LARGE, "small": _SMALL, "medium": _MEDIUM},
+    "x_position": _ACROSS,
+    "y_position": _ALONG,
+    "rotation": _TURNING,
+    "direction": rf"{_ACROSS}|{_ALONG}",
+    "relation": rf"{_ACROSS}|{_ALONG}|on|onto|in|into|inside|next|beside|besides|by|between|move\w*|atop|under\w*|put|with",
+}
+# Words that ask for a shape in ways that its own words do not show.
+_OTHER_SHAPE_WORDS = {
+    "line": r"side by side|one (?:beside|behind|next)|alongside|abreast|in order|line\w*|lining|flat",
+    "tower": r"on top of|one (?:on|upon|above|over)|upright|upwards|stack\w*|pil(?:e|ed|es|ing)",
+    "circle": r"rings?|circl\w+|round|loops?|encircl\w+|surround\w*|around",
+    "table setting": r"(?:lay|laid|set|setting)|place settings?|dinner|table",
+    "cluster": r"clust\w+|clump\w*|huddl\w*|bunch\w*|group\w*|gather\w*|heap|together|pil(?:e|ed)",
+}
+_SAME_AS_ANOTHER = r"same|swap\w*|switch\w*|exchang\w*|trad\w+|versa|other way|chang\w*"
+_ALL = re.compile(
+    r"\b(?:everything|everybody|everyone|all|rest|others?|remaining|whole|lot|each|every|any|both|objects?|things?"
+    r"|items?|stuff|them|they|these|those|it|whatever|anything|else)\b"
+)
+_NEGATED = re.compile(
+    r"\b(?:no|not|nor|none|never|out|without|minus|except|but for|leave|leaves|lose|drop|remove|remov\w+|off|away|skip|ditch"
+    r"|exclude\w*|forget|scrap|delete|need|needed|isn't|isnt|stays?|keep|n't|\w+n't|doesnt|dont|wrong)\b"
+)
+_LEAVING = re.compile(
+    r"\b(?:only|just|instead|rather|replace\w*|exchange\w*|swap\w*|switch\w*|trade\w*|change\w*|substitut\w*|meant?|make"
+    r"|use|using|take|nothing but|i said)\b|^(?:no|nope|not|actually|sorry|wait)\b"
+)
+_KEPT = re.compile(r"\b(?:stays?|keep|keeps|as (?:it|they|you|is|said|before|was|were)|same|rest|only|just|fine|ok|okay|good|right)\b")
+_JOINING = re.compile(r"\b(?:too|also|as well|joins?|belongs?|part of|with (?:it|them|those)|included?|add|added|in (?:it|there))\b")
+
+
+def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
+    """Return why a correction does not say what the rules made of it; "" where it does.
+
+    Args:
+        turn: the sentence and the goal before.
+        goal: the goal after it.
+        kind: of the revision: "edit", "add" or "new".
+    """
+    if not turn.last.parts or not goal.parts:
+        return "" if goal.parts or not turn.last.parts else "nothing of the goal would be left"
+    if reason := _everything_unsaid(turn, goal):
+        return reason
+    if reason := _contradicted(turn, goal):
+        return reason
+    if kind == "new":
+        return ""
+    for before, after in _changed(turn.last, goal):
+        if reason := _unsaid_change(turn, before, after) or _unsaid_loss(turn, goal, before, after):
+            return reason
+    return _unused_object(turn, goal)
+
+
+def _changed(last: Goal, goal: Goal) -> Iterator[tuple[Part, Part]]:
+    """Yield the parts that a correction changed, before and after it."""
+    if len(last.parts) == len(goal.parts):
+        for before, after in zip(last.parts, goal.parts, strict=True):
+            if before != after and type(before) is type(after):
+                yield before, after
+
+
+def _everything_unsaid(turn: Turn, goal: Goal) -> str:
+    """A fragment that names no object is about what was spoken of, not about everything on the table."""
+    before = turn.last.structures
+    if any(part.objects is None for part in before) or _ALL.search(turn.said.said):
+        return ""
+    if any(part.objects is None for part in goal.structures):
+        return "it does not say which objects it is about"
+    return ""
+
+
+def _contradicted(turn: Turn, goal: Goal) -> str:
+    """An object has one place: "and the stone to the left of the pot, 6 cm away" is no second relation."""
+    placed: dict[int, list[RelationPart]] = {}
+    for part in goal.parts:
+        if isinstance(part, RelationPart) and part.relation not in ("moved", "swapped", "at"):
+            for one in objects_of(goal, part.objects):
+                placed.setdefault(one, []).append(part)
+    new = [part for part in goal.parts if part not in turn.last.parts]
+    for parts in placed.values():
+        if len(parts) > 1 and any(part in new for part in parts):
+            return "an object would have two places"
+    if not turn.built and any(_exchanges_named(turn.last, part) for part in new):
+        return "its objects have a part each in the goal"
+    for part in new:
+        if isinstance(part, RelationPart) and part.relation in DIRECTIONAL and _other_way_round(goal, part):
+            return "two objects would each be at the same side of the other"
+    for part in goal.structures:
+        if part.along is not None and part in new and _against(part):
+            return f"a line along the {part.along} edge is not at the {part.x_position or part.y_position}"
+    return ""
+
+
+def _exchanges_named(last: Goal, part: Part) -> bool:
+    """Return whether a part exchanges the places of objects that the goal has something else for."""
+    named = set(last.named_objects())
+    return isinstance(part, RelationPart) and part.relation == "swapped" and set(_both(part)) <= named
+
+
+def _both(part: RelationPart) -> tuple[object, ...]:
+    ends = (part.objects, part.reference)
+    return tuple(one for each in ends if isinstance(each, tuple) for one in each)
+
+
+def _other_way_round(goal: Goal, part: RelationPart) -> bool:
+    """Return whether the goal also places the reference of a relation by its object, in the same direction."""
+    return any(
+        isinstance(other, RelationPart) and other.relation == part.relation
+        and (other.objects, other.reference) == (part.reference, part.objects)
+        for other in goal.parts
+    )  # fmt: skip
+
+
+def _against(part: StructurePart) -> bool:
+    """Return whether a line's position is opposite to the edge that it goes along."""
+    return (part.along, part.x_position) in (("left", "right"), ("right", "left")) or (
+        (part.along, part.y_position) in (("near", "top"), ("far", "bottom"))
+    )
+
+
+def _unsaid_change(turn: Turn, before: Part, after: Part) -> str:
+    """A value changes only where the sentence has a word that can ask for it."""
+    said = turn.said.said
+    for name, words in _WORDS.items():
+        value = getattr(after, name, None)
+        if value is None or value == getattr(before, name, None):
+            continue
+        pattern = words[value] if isinstance(words, dict) else words
+        if not re.search(rf"\b(?:{pattern})\b", said):
+            return f"no word of it asks for {name.replace('_', ' ')} {value}"
+    shape = getattr(after, "shape", None)
+    if shape is not None and shape != getattr(before, "shape", None) and not _says_shape(shape, said):
+        return f"no word of it asks for a {shape}"
+    return ""
+
+
+def _says_shape(shape: str, said: str) -> bool:
+    """Return whether a sentence has a word for a shape."""
+    words = STRUCTURES[shape].words
+    own = (*words.nouns, *words.never_objects, *words.adjectives, *words.verbs, *words.participles)
+    known = "|".join((*map(re.escape, own), _SAME_AS_ANOTHER, *filter(None, (_OTHER_SHAPE_WORDS.get(shape),))))
+    return re.search(rf"\b(?:{known})(?:s|ed|ing)?\b", said) is not None
+
+
+def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
+    """No object leaves a part without being named, and none is all that stays where it was to go."""
+    if before.objects is None or after.objects is None:
+        return ""
+    old, new = set(objects_of(turn.last, before.objects)), set(objects_of(goal, after.objects))
+    lost = old - new
+    said = turn.said.said
+    named = {index for one in turn.said.mentions for index in one.indices}
+    if not new - old <= named and not _ALL.search(said):
+        return "it names none of the objects that would join"
+    if not lost:
+        return ""
+    if new <= named and not lost & named and _NEGATED.search(said) and not _LEAVING.search(said):
+        return "what it names seems to leave, not to stay"
+    if not lost & named and (_JOINING.search(said) or not (_LEAVING.search(said) or _NEGATED.search(said))):
+        return "it names none of the objects that would leave"
+    return ""
+
+
+def _unused_object(turn: Turn, goal: Goal) -> str:
+    """Every object that is named has to do with what changes."""
+    new = [part for part in goal.parts if part not in turn.last.parts]
+    old = [part for part in turn.last.parts if part not in goal.parts]
+    concerned: set[int] = set()
+    for of, parts in ((goal, new), (turn.last, old)):
+        for part in parts:
+            concerned.update(objects_of(of, part.objects))
+            concerned.update(objects_of(of, part.reference if isinstance(part, RelationPart) else part.around))
+            if part.objects is None:
+                return ""
+    known = set(turn.last.named_objects())
+    fewer = len(goal.parts) < len(turn.last.parts) or _KEPT.search(turn.said.said) is not None
+    for one in turn.said.mentions:
+        if fewer and set(one.indices) <= known:
+            continue  # what is said to stay as it is
+        if one.indices and not concerned & set(one.indices):
+            return f"{turn.said.said[slice(*one.span)]!r} would be left out"
+    return ""
