@@ -51,6 +51,8 @@ class Interpreter:
             the grammar's own.
         network: makes the goal network, which reads what the grammar's reader refuses, asks about, or reads as more
             than one plain structure; `None` does without.
+        corrector: makes the network that was taught corrections, which reads what is said about a goal; `None` does
+            without. It needs `network` too.
 
     Raises:
         ViewpointError: for another viewpoint.
@@ -64,6 +66,7 @@ class Interpreter:
         encoder: SentenceEncoder | None = None,
         goal_reader: Callable[[GoalReader], ReadsGoals] | None = None,
         network: Callable[[], NetworkWriter] | None = None,
+        corrector: Callable[[], NetworkWriter] | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
@@ -72,7 +75,9 @@ class Interpreter:
         self._encoder = encoder
         self._grammar = GoalReader(encoder, viewpoint == "opposite")
         self._reader = self._grammar if goal_reader is None else goal_reader(self._grammar)
-        self._second = None if network is None else SecondReader(network, encoder, viewpoint == "opposite")
+        self._second = None if network is None else SecondReader(
+            network, encoder, viewpoint == "opposite", corrector
+        )
         self._parser: Parser | None = None
         self._substitute: Parser | None = None
         self.fallback = ""

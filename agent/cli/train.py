@@ -28,6 +28,13 @@ class Precision(str, Enum):
     bfloat16 = "bfloat16"
 
 
+class BaseNetwork(str, Enum):
+    """A shipped network from which another one can be stored as a difference."""
+
+    embedding = "embedding"
+    goals = "goals"
+
+
 @train_app.callback()
 def _train() -> None:
     """Train a pose generator, a discriminator, a parser or the segmentation network.
@@ -169,20 +176,27 @@ def train_goals(
         float,
         typer.Option(metavar="SHARE", min=0.0, max=1.0, help="Share of the tasks that are corrections of a goal."),
     ] = 0.0,
+    difference_to: Annotated[
+        BaseNetwork | None,
+        typer.Option(help="Store the difference to a shipped network only; by default all weights."),
+    ] = None,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:
-    """Train the network that reads goals of several parts.
+    """Train the network that reads goals of several parts, or corrections of goals.
 
     It reads what the grammar cannot. Training takes about an hour and a half on one core; the weights are written every
-    three minutes, and the loss on instructions that are never trained on is printed every fifty steps.
+    three minutes, and the loss on instructions and on corrections that are never trained on is printed every fifty steps.
 
     Example: structagent train goals --out runs/goal_network
+
+    Example: structagent train goals --start grounding/weights/goal_network --corrections 0.85 --difference-to goals
+    --out runs/correction_network
     """
     check_folder(out)
     from agent.training.parsers import train_goal_network
 
-    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections)
+    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, difference_to and difference_to.value)
 
 
 @train_app.command("segmentation")

@@ -11,6 +11,7 @@ from typing import Any
 
 from agent.errors import BadInput
 from agent.model_cards.catalogue import Network, planners_of
+from grounding.goal_network.weight_differences import CODES, STEP
 from grounding.spec import SHAPES
 from structdiffusion.models import structformer_name
 
@@ -19,6 +20,7 @@ RECORD = "training.json"
 Facts = dict[str, Any]
 _FACTS = ("name", "family", "parameters", "files", "training", "results")
 _RECORDED = ("steps", "seconds", "losses", "sessions", "files")
+_NOT_OF_TRAINING = ("keywords", "encoder_layer", "taught_words", "difference_to")  # in a goal network's config
 _SAID_ELSEWHERE = ("schema", "kind", "parameters", "files")  # of a training's record, in the card
 
 
@@ -56,7 +58,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
         training = _complete(_json(run / RECORD), _RECORDED, run / RECORD)
         if training["files"] != files_of(network):
             raise BadInput(f"{run / RECORD} is of other weights than those in {network.folder}; copy them there first")
-    elif network.family in ("embedding", "goals", "llm", "llm_goals"):
+    elif network.family in ("embedding", "goals", "corrections", "llm", "llm_goals"):
         training = _parser_training(network)
     if reports:
         results = [_result(network, path) for path in reports]
@@ -118,16 +120,18 @@ def _parameters(path: Path) -> int:
 
     try:
         with safe_open(path, "np") as file:
-            return sum(math.prod(file.get_slice(name).get_shape()) for name in file.keys())  # noqa: SIM118
+            sizes = {name: math.prod(file.get_slice(name).get_shape()) for name in file.keys()}  # noqa: SIM118
+            bits = int((file.metadata() or {}).get("bits", "8"))
     except (SafetensorError, OSError) as error:
         raise BadInput(f"{path} cannot be read as weights: {' '.join(str(error).split())}") from error
+    return sum(8 * size // bits if name.endswith(CODES) else size for name, size in sizes.items() if not name.endswith(STEP))
 
 
 def _parser_training(network: Network) -> Facts:
     """Read what a parser's trainer wrote beside the weights, or into them."""
-    if network.family == "goals":
+    if network.family in ("goals", "corrections"):
         config = _json(network.folder / network.files[0])
-        return {name: value for name, value in config.items() if name not in ("keywords", "encoder_layer")}
+        return {name: value for name, value in config.items() if name not in _NOT_OF_TRAINING}
     if network.family == "embedding":
         config = _json(network.folder / network.files[0])
         names = ("encoder_sha256", "seed", "sentences", "before")

@@ -237,6 +237,7 @@ def _sound(answer: torch.Tensor, shape: tuple[int, ...]) -> str:
 _OTHERS = {
     "embedding": (_parser, _parser_answer),
     "goals": (_goal_network, _goal_network_answer),
+    "corrections": (_goal_network, _goal_network_answer),
     "llm": (_adapter, _adapter_answer),
     "llm_goals": (_adapter, _goal_adapter_answer),
     "segmentation": (_segmentation, _segmentation_answer),

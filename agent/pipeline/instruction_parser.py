@@ -109,6 +109,11 @@ def make_interpreter(
 
         return NetworkWriter.from_pretrained(encoder)
 
+    def corrector() -> NetworkWriter:
+        from grounding.goal_network.writer import CORRECTIONS, NetworkWriter
+
+        return NetworkWriter.from_pretrained(encoder, CORRECTIONS)
+
     if options.parser == "embedding":
-        return Interpreter(embedding, None, options.viewpoint, encoder, network=network)
+        return Interpreter(embedding, None, options.viewpoint, encoder, network=network, corrector=corrector)
     return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, goal_reader)

@@ -86,7 +86,8 @@ def train_goal_adapter(out: Path, steps: int, start: Path | None, rate: float, s
 
 
 def train_goal_network(
-    out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, corrections: float = 0.0
+    out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, corrections: float = 0.0,
+    difference_to: str | None = None,
 ) -> None:
     """Train the network that reads goals of several parts, and write it to the folder `out`.
 
@@ -98,6 +99,7 @@ def train_goal_network(
         seed: of initial weights and sentences.
         threads: of torch.
         corrections: share of the tasks that are corrections of a goal, 0 to 1.
+        difference_to: shipped network from which the stored one differs; `None` stores all weights.
 
     Raises:
         UsageError: for a network to start from that cannot be used, or an illegal rate.
@@ -107,7 +109,7 @@ def train_goal_network(
     from grounding.training.goal_reader import GoalNetworkTraining, train
 
     try:
-        options = GoalNetworkTraining(out, steps, start, rate, corrections, seed=seed, threads=threads)
+        options = GoalNetworkTraining(out, steps, start, rate, corrections, seed=seed, threads=threads, difference_to=difference_to)
         train(options, _print_progress)
     except GoalNetworkError as error:
         raise UsageError(f"--start: {error}") from error

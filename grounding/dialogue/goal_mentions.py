@@ -28,6 +28,7 @@ SHAPE_OF_NOUN = {
     for shape, words in STRUCTURES.items()
     for noun in (shape, *words.words.nouns, *words.words.never_objects)
 }  # fmt: skip
+_INSTEAD = re.compile(r"\b(?:instead|rather than)\b")
 _COUNTS = {word: number for number, words in enumerate(
     ("1 one first "
      "1st", "2 two second 2nd", "3 three third 3rd", "4 four fourth 4th", "5 five fifth 5th", "6 six sixth 6th",
@@ -136,7 +137,9 @@ class GoalText:
     @cached_property
     def mentions(self) -> list[ObjectsSaid]:
         """Return the noun phrases that choose objects."""
-        found = read_mentions(self.said, vocabulary(self.names)).mentions
+        # "The bowl instead of the cup" has no thing that is called "instead".
+        said = _INSTEAD.sub(lambda match: ",".ljust(len(match.group())), self.said)
+        found = read_mentions(said, vocabulary(self.names)).mentions
         kept = []
         for mention in found:
             telling = (

@@ -11,6 +11,8 @@ from collections.abc import Iterator
 
 from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_revision import Turn
+from grounding.goal_reading.verb_words import VERBS
+from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, Part, RelationPart, StructurePart
 from grounding.structure_words import STRUCTURES
@@ -40,6 +42,7 @@ _OTHER_SHAPE_WORDS = {
     "tower": r"on top of|one (?:on|upon|above|over)|upright|upwards|stack\w*|pil(?:e|ed|es|ing)",
     "circle": r"rings?|circl\w+|round|loops?|encircl\w+|surround\w*|around",
     "table setting": r"(?:lay|laid|set|setting)|place settings?|dinner|table",
+    "grid": r"rows|columns|by",
     "cluster": r"clust\w+|clump\w*|huddl\w*|bunch\w*|group\w*|gather\w*|heap|together|pil(?:e|ed)",
 }
 _SAME_AS_ANOTHER = r"same|swap\w*|switch\w*|exchang\w*|trad\w+|versa|other way|chang\w*"
@@ -52,10 +55,20 @@ _NEGATED = re.compile(
     r"|exclude\w*|forget|scrap|delete|need|needed|isn't|isnt|stays?|keep|n't|\w+n't|doesnt|dont|wrong)\b"
 )
 _LEAVING = re.compile(
-    r"\b(?:only|just|instead|rather|replace\w*|exchange\w*|swap\w*|switch\w*|trade\w*|change\w*|substitut\w*|meant?|make"
+    r"\b(?:only|just|same|instead|rather|replace\w*|exchange\w*|swap\w*|switch\w*|trade\w*|change\w*|substitut\w*|meant?|make"
     r"|use|using|take|nothing but|i said)\b|^(?:no|nope|not|actually|sorry|wait)\b"
 )
 _KEPT = re.compile(r"\b(?:stays?|keep|keeps|as (?:it|they|you|is|said|before|was|were)|same|rest|only|just|fine|ok|okay|good|right)\b")
+# Sides that are said, and what of a part shows them.
+_SIDES = {
+    "left": r"left|west", "right": r"right|east", "back|rear": r"top|far|behind|away|back|north",
+    "front": r"bottom|near|front|closer|south",
+}  # fmt: skip
+_NO_SIDE = re.compile(
+    r"\b(?:bit|little|tad|touch|slightly|further|farther|more|over|closer|nearer|towards?|degrees?|cm|quarter|not|no|nope|instead|rather|than|never|neither|nor|from|but|other|opposite|wrong|swap\w*|switch\w*|all right|alright|right"
+    r" now|that's right|is right|fine|left over|what's left|to my|back to|go back|put back|\w+n't|actually|sorry|was|were|is)\b"
+)
+_AFRESH = re.compile(r"\b(?:scrap|skip|forget|scratch|start (?:again|over|afresh)|new (?:plan|idea)|drop)\b")
 _JOINING = re.compile(r"\b(?:too|also|as well|joins?|belongs?|part of|with (?:it|them|those)|included?|add|added|in (?:it|there))\b")
 
 
@@ -73,8 +86,10 @@ def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
         return reason
     if reason := _contradicted(turn, goal):
         return reason
+    if reason := _unused_side(turn, goal):
+        return reason
     if kind == "new":
-        return ""
+        return _half_new(turn, goal)
     for before, after in _changed(turn.last, goal):
         if reason := _unsaid_change(turn, before, after) or _unsaid_loss(turn, goal, before, after):
             return reason
@@ -121,10 +136,39 @@ def _contradicted(turn: Turn, goal: Goal) -> str:
     return ""
 
 
+def _unused_side(turn: Turn, goal: Goal) -> str:
+    """Every side that is said stands in what changes: "the left side and the back" is not the left alone."""
+    said = turn.said.said
+    if _NO_SIDE.search(said):
+        return ""
+    for first, end in sorted((one.span for one in (*turn.said.mentions, *turn.said.parts)), reverse=True):
+        said = f"{said[:first]} {said[end:]}"
+    values = " ".join(describe_part(part, None) for part in goal.parts if part not in turn.last.parts)
+    for side, shown in _SIDES.items():
+        if re.search(rf"\b(?:{side})\b", said) and values and not re.search(shown, values):
+            return f"{side.split('|')[0]!r} would be left out"
+    return ""
+
+
+def _half_new(turn: Turn, goal: Goal) -> str:
+    """A relation of objects that the goal has is no new goal: "bottle before the jar" changes the order of the line."""
+    alone = len(turn.last.parts) == 1 and isinstance(turn.last.parts[0], RelationPart)
+    if turn.built or alone or _AFRESH.search(turn.said.said) or any(VERBS.get(word, "leave") != "leave" for word in turn.said.said.split()):
+        return ""
+    known = set(turn.last.named_objects())
+    for part in goal.parts:
+        if isinstance(part, RelationPart) and known & set(_both(part)):
+            return "it is not clear whether the goal changes, or another takes its place"
+    return ""
+
+
 def _exchanges_named(last: Goal, part: Part) -> bool:
     """Return whether a part exchanges the places of objects that the goal has something else for."""
     named = set(last.named_objects())
-    return isinstance(part, RelationPart) and part.relation == "swapped" and set(_both(part)) <= named
+    if not isinstance(part, RelationPart) or part.relation != "swapped" or not set(_both(part)) <= named:
+        return False
+    inside = [one for one in last.structures if set(_both(part)) <= set(objects_of(last, one.objects))]
+    return not inside or any(one.order is not None and one.order.by == "listed" for one in inside)
 
 
 def _both(part: RelationPart) -> tuple[object, ...]:
@@ -151,6 +195,8 @@ def _against(part: StructurePart) -> bool:
 def _unsaid_change(turn: Turn, before: Part, after: Part) -> str:
     """A value changes only where the sentence has a word that can ask for it."""
     said = turn.said.said
+    if turn.built and getattr(before, "relation", "") == "moved":
+        return ""  # what it says is of where the object is now
     for name, words in _WORDS.items():
         value = getattr(after, name, None)
         if value is None or value == getattr(before, name, None):
@@ -179,7 +225,7 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
     old, new = set(objects_of(turn.last, before.objects)), set(objects_of(goal, after.objects))
     lost = old - new
     said = turn.said.said
-    named = {index for one in turn.said.mentions for index in one.indices}
+    named = _named(turn)
     if not new - old <= named and not _ALL.search(said):
         return "it names none of the objects that would join"
     if not lost:
@@ -189,6 +235,16 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
     if not lost & named and (_JOINING.search(said) or not (_LEAVING.search(said) or _NEGATED.search(said))):
         return "it names none of the objects that would leave"
     return ""
+
+
+def _named(turn: Turn) -> set[int]:
+    """Return the objects that a sentence names, those by their noun alone too: "the bowl instead" is no known phrase."""
+    nouns = set(turn.said.said.split())
+    by_noun = {n for n in range(len(turn.said.names)) if {turn.said.kind(n), f"{turn.said.kind(n)}s"} & nouns}
+    phrases = turn.said.mentions
+    return {index for one in phrases for index in one.indices} | (
+        by_noun if any(not one.indices for one in phrases) else set()
+    )
 
 
 def _unused_object(turn: Turn, goal: Goal) -> str:

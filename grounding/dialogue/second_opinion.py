@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
 from grounding.dialogue.part_lengths import CannotApplyError
+from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.structure_edits import revised_structure
 from grounding.goal_network.second_reader import WEIGHTY, NetworkReading
 from grounding.goals.comparison import compare_goals
@@ -20,11 +21,13 @@ from grounding.goals.parts import GoalError, RelationPart, StructurePart
 from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
-CERTAIN = 0.8  # in place of a refusal
+CERTAIN = 0.95  # in place of a refusal
 LIKELY = 0.5  # offered in place of a refusal
-DOUBTS = 0.9  # another goal than the rules read, or none
+DOUBTS = 0.95  # another goal than the rules read, or none
 AS_IT_IS = "leave the goal as it is"
 _ONLY_A_REMARK = "nothing"
+_VAGUE = "not understood"  # in a refusal without a reason of its own
+_LONGEST = 400  # characters of a correction
 
 
 def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
@@ -36,6 +39,9 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
     """
     if not _asks_for_it(turn, found):
         return found
+    computed = bool(relative_edits(normalized(turn.text))[0]) or any(letter.isdecimal() for letter in turn.text)
+    if found.status == "ok" and computed:
+        return found  # the network cannot calculate
     second = turn.reader.corrected(turn.last, turn.text)
     if second is None or second.question is not None or WEIGHTY & set(second.uncopied):
         return found
@@ -52,7 +58,10 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
 def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
     """Return whether the network is asked: not about the first instruction, nor a goal that stands in part."""
     moved = any(isinstance(part, RelationPart) and part.relation == "moved" for part in turn.last.parts)
-    return bool(turn.last.parts) and not (turn.built and moved) and len(turn.text) <= 400
+    reasoned = found.status in ("ask", "unchanged") or (
+        (found.status, found.kind) == ("refused", "new") and _VAGUE not in found.message
+    )
+    return bool(turn.last.parts) and not reasoned and not (turn.built and moved) and len(turn.text) <= _LONGEST
 
 
 def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:
@@ -77,8 +86,8 @@ def goal_after(turn: Turn, found: GoalRevision) -> Goal | None:
         The goal; `None` where only the table decides which objects take part.
     """
     plain = found.plain
-    if plain is None:
-        return found.goal
+    if plain is None or not turn.last.parts:
+        return found.goal if plain is None else None
     if plain.kind == "new":
         read = turn.reader.read(turn.text)
         return read.goal if read.status == "ok" and read.goal.parts else None

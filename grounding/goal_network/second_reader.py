@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
@@ -100,13 +101,19 @@ class SecondReader:
         writer: makes the network.
         encoder: finds what unknown nouns mean.
         opposite: whether the speaker sits across the table.
+        corrector: makes the network that was taught corrections; without it none is read.
     """
 
-    writer: Callable[[], NetworkWriter]
+    writer: InitVar[Callable[[], NetworkWriter]]
     encoder: SentenceEncoder | None = None
     opposite: bool = False
-    _loaded: NetworkWriter | None = field(default=None, repr=False)
-    _last: tuple[str, WrittenGoal | None] | None = field(default=None, repr=False)
+    corrector: InitVar[Callable[[], NetworkWriter] | None] = None
+
+    def __post_init__(
+        self, writer: Callable[[], NetworkWriter], corrector: Callable[[], NetworkWriter] | None
+    ) -> None:
+        self._instructions = _LazyWriter(writer)
+        self._corrections = None if corrector is None else _LazyWriter(corrector)
 
     def read(
         self, text: str, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
@@ -116,7 +123,7 @@ class SecondReader:
         Raises:
             GoalNetworkError: for weights that cannot be used.
         """
-        written = self._written(text)  # a scene that is known later changes nothing here
+        written = self._instructions.write(text)  # a scene that is known later changes nothing here
         if written is None:
             return NetworkReading()
         return self._resolved(written, text, _scene_objects(objects), catalogue)
@@ -137,17 +144,13 @@ class SecondReader:
         """
         there = _scene_objects(objects) or []
         rendition = rendition_of(goal, there)
-        written = self._written(f"{rendition.text} {text}")
+        written = None if self._corrections is None else self._corrections.write(f"{rendition.text} {text}")
         if written is None or (DIAMETER.search(text) and "radius" in rendition.text):
             return NetworkReading()
-        return self._resolved(AfterGoal(written.words, written.actions, written.certainty, rendition), text, there)
-
-    def _written(self, text: str) -> WrittenGoal | None:
-        if self._loaded is None:
-            self._loaded = self.writer()
-        if self._last is None or self._last[0] != text:
-            self._last = text, self._loaded.write(text)
-        return self._last[1]
+        read = self._resolved(AfterGoal(written.words, written.actions, written.certainty, rendition), text, there)
+        taught = self._corrections.network.taught_words
+        unknown = (word for word in read.uncopied if word in WEIGHTY_IF_UNKNOWN or (word[0].isalpha() and word not in taught))
+        return replace(read, unknown=tuple(unknown))
 
     def _resolved(
         self, written: WrittenGoal, text: str, there: list[SceneObject] | None, catalogue: bool = False
@@ -174,13 +177,25 @@ class SecondReader:
             return NetworkReading()
         return NetworkReading(
             goal, written.certainty, None, tuple(dict.fromkeys(find.nouns)), find.described,
-            tuple(dict.fromkeys(find.notes)), written.uncopied, self._unknown(written.uncopied),
+            tuple(dict.fromkeys(find.notes)), written.uncopied,
         )  # fmt: skip
 
-    def _unknown(self, words: Sequence[str]) -> tuple[str, ...]:
-        assert self._loaded is not None  # it wrote the goal
-        taught = self._loaded.taught_words
-        return tuple(word for word in words if word in WEIGHTY_IF_UNKNOWN or (word[0].isalpha() and word not in taught))
+
+@dataclass
+class _LazyWriter:
+    """A network that is loaded at its first use, and remembers what it wrote last."""
+
+    make: Callable[[], NetworkWriter]
+    _last: tuple[str, WrittenGoal | None] | None = field(default=None, repr=False)
+
+    @cached_property
+    def network(self) -> NetworkWriter:
+        return self.make()
+
+    def write(self, text: str) -> WrittenGoal | None:
+        if self._last is None or self._last[0] != text:
+            self._last = text, self.network.write(text)
+        return self._last[1]
 
 
 def _scene_objects(objects: Sequence[SceneObject | str | None] | None) -> list[SceneObject] | None:

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from safetensors.numpy import load_file
 
 from grounding.goal_network.decoder import POSITIONS, GoalDecoder
 from grounding.goal_network.legal_actions import Legal, legal_actions
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action
+from grounding.goal_network.weight_differences import unpacked
 from grounding.goal_reading.tokens import words_of
+from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 WEIGHTS = Path(__file__).parents[1] / "weights" / "goal_network"
+CORRECTIONS = Path(__file__).parents[1] / "weights" / "correction_network"
+UPPER = 3  # layers of the network's own over those of the encoder
+# The shipped networks that others are stored as differences to.
+_BASES = {"embedding": PARSER_WEIGHTS / "model.safetensors", "goals": WEIGHTS / "model.safetensors"}
 ENCODER_LAYER = 3  # of the six: the lower three stay as they are
 MOST_SAID = 100  # words; of longer instructions the network reads nothing
 
@@ -86,16 +95,15 @@ class NetworkWriter:
             GoalNetworkError: for files that are missing, or that do not fit this version or the encoder.
         """
         from safetensors import SafetensorError
-        from safetensors.numpy import load_file
 
         try:
             config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
-            state = load_file(folder / "model.safetensors")
+            state = unpacked(load_file(folder / "model.safetensors"), _base_of(config, encoder))
             if config["keywords"] != list(KEYWORDS):
                 raise GoalNetworkError(f"the goal network in {folder} was trained with other keywords")
             if config["encoder_sha256"] != encoder.checksum:
                 raise GoalNetworkError(f"the goal network in {folder} was trained with another sentence encoder")
-            return cls(encoder, GoalDecoder(state), frozenset(config["taught_words"]))
+            return cls(encoder, GoalDecoder(state), frozenset(config.get("taught_words", ())))
         except (OSError, ValueError, KeyError, TypeError, SafetensorError) as error:
             raise GoalNetworkError(f"the goal network in {folder} cannot be loaded: {error}") from error
 
@@ -122,6 +130,43 @@ class NetworkWriter:
                     return WrittenGoal(tuple(words), tuple(actions), math.exp(certainty))
                 actions.append(action)
         return None
+
+
+def _base_of(config: Mapping[str, Any], encoder: SentenceEncoder) -> dict[str, np.ndarray]:
+    """Return the arrays from which the stored ones differ; none where all are stored.
+
+    Raises:
+        GoalNetworkError: if that network is another than the one that was subtracted.
+    """
+    base = config.get("difference_to")
+    if base is None:
+        return {}
+    if base_record(base["network"]) != base:
+        raise GoalNetworkError(f"the network {base['network']!r} is another than the one that was trained further")
+    return base_arrays(base["network"], encoder)
+
+
+def base_record(name: str) -> dict[str, str]:
+    """Return what a config says of the shipped network from which its own differs: "embedding" or "goals"."""
+    return {"network": name, "sha256": hashlib.sha256(_BASES[name].read_bytes()).hexdigest()}
+
+
+def base_arrays(name: str, encoder: SentenceEncoder) -> dict[str, np.ndarray]:
+    """Return the arrays of a shipped network, by their names in the goal network."""
+    if name == "goals":
+        return dict(NetworkWriter.from_pretrained(encoder).decoder.state)
+    return parser_layers(load_file(_BASES[name]))
+
+
+def parser_layers(state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the upper layers of the parser of five slots, with the names that they have in the goal network."""
+    layers = 1 + max(int(name.split(".")[1]) for name in state if name.startswith("layers."))
+    found = {}
+    for name, array in state.items():
+        if name.startswith("layers."):
+            _, number, rest = name.split(".", 2)
+            found[f"upper.{int(number) - (layers - UPPER)}.{rest}"] = array
+    return found
 
 
 def _likeliest(scores: np.ndarray, legal: Legal, words: int) -> tuple[Action, float]:

@@ -58,7 +58,7 @@ def turn(interpreter, encoder, goal, text, objects):
             own = sorted({*(index for index in own if index not in gone), *chosen(plain.objects_text)})
     except SelectionError:
         return "refused", goal
-    return "ok", Goal((StructurePart.of(plain.spec, own),))
+    return ("ok", Goal((StructurePart.of(plain.spec, own),))) if own else ("refused", goal)
 
 
 def parts_of(said):
