@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from grounding.foreign_languages import foreign_language
 from grounding.goal_network.second_reader import (
+    NetworkReading,
     SecondReader,
 )
 from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals

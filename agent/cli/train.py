@@ -186,7 +186,7 @@ def train_goals(
     """Train the network that reads goals of several parts, or corrections of goals.
 
     It reads what the grammar cannot. Training takes about an hour and a half on one core; the weights are written every
-    three minutes, and the loss on instructions and on corrections that are never trained on is printed every fifty steps.
+    three minutes, and the loss on instructions and corrections that are never trained on is printed every fifty steps.
 
     Example: structagent train goals --out runs/goal_network
 
@@ -196,7 +196,8 @@ def train_goals(
     check_folder(out)
     from agent.training.parsers import train_goal_network
 
-    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, difference_to and difference_to.value)
+    base = None if difference_to is None else difference_to.value
+    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, base)
 
 
 @train_app.command("segmentation")

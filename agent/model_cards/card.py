@@ -124,7 +124,8 @@ def _parameters(path: Path) -> int:
             bits = int((file.metadata() or {}).get("bits", "8"))
     except (SafetensorError, OSError) as error:
         raise BadInput(f"{path} cannot be read as weights: {' '.join(str(error).split())}") from error
-    return sum(8 * size // bits if name.endswith(CODES) else size for name, size in sizes.items() if not name.endswith(STEP))
+    stored = {name: size for name, size in sizes.items() if not name.endswith(STEP)}
+    return sum(8 * size // bits if name.endswith(CODES) else size for name, size in stored.items())
 
 
 def _parser_training(network: Network) -> Facts:

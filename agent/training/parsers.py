@@ -109,7 +109,9 @@ def train_goal_network(
     from grounding.training.goal_reader import GoalNetworkTraining, train
 
     try:
-        options = GoalNetworkTraining(out, steps, start, rate, corrections, seed=seed, threads=threads, difference_to=difference_to)
+        options = GoalNetworkTraining(
+            out, steps, start, rate, corrections, seed=seed, threads=threads, difference_to=difference_to
+        )
         train(options, _print_progress)
     except GoalNetworkError as error:
         raise UsageError(f"--start: {error}") from error

@@ -17,14 +17,15 @@ _SIDES = {
 _ACROSS = {"left": "right", "right": "left", "near": "far", "far": "near"}
 _SIDE = "|".join(_SIDES)
 _EDGE = re.compile(
-    rf"\b(?:along |at |on |to |by |for |onto )?(?:the |my |that )?(?P<side>{_SIDE})(?: hand)?(?: side)? (?:edge|rim|border)"
-    r"(?: of the table)?\b"
-    rf"|\b(?:the )?(?:edge|rim|border) (?:(?P<near>near(?:est)?(?: to)? me|closest to me)|(?P<away>away from me|(?:far|furthest"
-    r"|farthest) from me))"
+    rf"\b(?:along |at |on |to |by |for |onto )?(?:the |my |that )?(?P<side>{_SIDE})(?: hand)?(?: side)?"
+    r" (?:edge|rim|border)(?: of the table)?\b"
+    r"|\b(?:the )?(?:edge|rim|border) (?:(?P<near>near(?:est)?(?: to)? me|closest to me)"
+    r"|(?P<away>away from me|(?:far|furthest|farthest) from me))"
 )
 _ONE = re.compile(rf"\b(?:along )?the (?P<side>{_SIDE}) one\b")
 _NOT = re.compile(
-    rf"\b(?:and )?not (?:along |at |on )?(?:the )?(?:(?:{_SIDE})(?: (?:edge|rim|side|one|end))?|(?:edge|rim) (?:near|away from) me)\b"
+    rf"\b(?:and )?not (?:along |at |on )?(?:the )?(?:(?:{_SIDE})(?: (?:edge|rim|side|one|end))?"
+    r"|(?:edge|rim) (?:near|away from) me)\b"
 )
 _FILLERS = FILLERS | frozenset("along edge rim mate row line".split())
 

@@ -1,4 +1,4 @@
-"""Exchange objects of a goal for others, and let further ones join a structure: "drill in, hammer out", "the cans too"."""
+"""Exchange objects of a goal for others, or let further ones join a structure: "drill in, hammer out"."""
 
 from __future__ import annotations
 
@@ -31,21 +31,25 @@ _EXCHANGES = tuple(
         r"(?:without |no )(?:the )?<0>[ ,]+(?:but )?(?:the )?<1> instead",
         r"<0> (?:instead of|in place of|rather than|in the place of) (?:the )?<1>",
         r"(?:instead of|in place of|rather than|in the place of) (?:the )?<0>[ ,]+(?:take |use |put )?(?:the )?<1>",
-        r"(?:replace|swap|exchange|switch|trade|substitute|change) (?:out )?(?:the )?<0> (?:with|by|for|against|to|into) (?:the )?<1>",
+        r"(?:replace|swap|exchange|switch|trade|substitute|change) (?:out )?(?:the )?<0>"
+        r" (?:with|by|for|against|to|into) (?:the )?<1>",
         r"<0> for (?:the )?<1>",
     )
 )
+_LISTED = re.compile(r"<(?P<first>\d)> and (?:the )?<(?P<second>\d)>")
 _STRUCTURE = r"(?:<part>|it|them|there|this|that|these|those|the (?:others|same (?:one|\w+)))"
 _JOINS = tuple(
-    re.compile(rf"{_POLITE}(?:add )?<0>(?: (?:should|can|may|must|could|will|wants? to|want to|is to))*(?: (?:go|goes|come|comes|be|put))?"
-               rf" {pattern}{_AFTER}")
+    re.compile(
+        rf"{_POLITE}(?:add )?<0>(?: (?:should|can|may|must|could|will|wants? to|want to|is to))*"
+        rf"(?: (?:go|goes|come|comes|be|put))? {pattern}{_AFTER}"
+    )
     for pattern in (
-        rf"(?:joins?|join in with|belongs? (?:in|to)|(?:is |be )?part of|wants? in on|parks? with|in with|along with) {_STRUCTURE}",
+        rf"(?:joins?|join in with|belongs? (?:in|to)|(?:is |be )?part of|wants? in on|in with|along with) {_STRUCTURE}",
         rf"(?:in|into|to|onto|on|with) {_STRUCTURE} (?:too|as well|also)",
-        rf"(?:in|into) (?:the same |that same )?<part>",
+        r"(?:in|into) (?:the same |that same )?<part>",
         r"joins?(?: in)?",
     )
-)  # fmt: skip
+)
 
 
 def objects_exchanged(turn: Turn) -> GoalRevision | None:
@@ -66,7 +70,16 @@ def _template(turn: Turn) -> tuple[str, list[tuple[int, ...]]]:
     said = turn.said.said
     for (first, end), word in sorted(spans, reverse=True):
         said = f"{said[:first]}{word}{said[end:]}"
-    return said, [one.indices for one in named]
+    indices = [one.indices for one in named]
+    while (both := _LISTED.search(said)) is not None:  # "the bowl and the plate" are one phrase
+        first, second = int(both["first"]), int(both["second"])
+        indices[first] = (*indices[first], *indices[second]) if indices[first] and indices[second] else ()
+        said = f"{said[: both.start()]}<{first}>{said[both.end() :]}"
+        indices[second] = ()
+    kept = [number for number in range(len(indices)) if f"<{number}>" in said]
+    for place, number in enumerate(kept):
+        said = said.replace(f"<{number}>", f"<{place}>")
+    return said, [indices[number] for number in kept]
 
 
 def _with_others(turn: Turn, one: tuple[int, ...], other: tuple[int, ...]) -> GoalRevision | None:

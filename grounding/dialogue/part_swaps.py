@@ -12,8 +12,8 @@ from grounding.dialogue.relation_edits import FILLERS
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart
 
-_SWAP = re.compile(
-    r"\b(?:swap(?:ped)?|switch(?:ed)?|exchanged?|traded?|interchanged?|change (?=places|parts|sides|roles))"
+SWAP = re.compile(
+    r"\b(?:swap(?:ped)?|switch(?:ed)?|exchanged?|traded?|interchanged?|change(?= (?:places|parts|sides|roles)))"
     r"(?: (?:the|their|these|those|two|both|of|them|it))*"
     r"(?: (?:sides|places|positions|parts|roles|structures|around|round|over|between (?:them|em|each other)))*\b|\b(?:the )?other way (?:a)?round\b"
     r"|\bvice versa\b"
@@ -27,7 +27,7 @@ def swapped(text: GoalText) -> Goal | None:
     Raises:
         CannotApplyError: where it does not say which two, or they have no places that could be exchanged.
     """
-    found = _SWAP.search(text.said)
+    found = SWAP.search(text.said)
     if found is None or _FOR_ANOTHER.search(text.said):
         return None
     said = [one for one in text.mentions if one.indices]

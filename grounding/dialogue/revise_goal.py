@@ -20,6 +20,7 @@ from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.part_replacements import replaced, which_is_replaced, which_object_goes
+from grounding.dialogue.part_swaps import SWAP
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
 from grounding.dialogue.revision_checks import unsupported
@@ -53,6 +54,7 @@ _BARE_NUMBER = re.compile(
     re.IGNORECASE,
 )
 _LENGTHS = re.compile(r"\d cm\b")
+_AN_ORDER = re.compile(r"\b(?:the|same|this|that|reversed?|opposite|other) order\b")  # no verb
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
     r"(?: (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?))?"
@@ -274,7 +276,7 @@ def _corrects(turn: Turn) -> bool:
     said = turn.said
     edits = relative_edits(normalized(said.said))[0]
     return bool(
-        said.parts or edits or _OF_WHAT_IS_THERE.search(said.said) or _REPLACING.search(said.said)
+        said.parts or edits or SWAP.search(said.said) or _OF_WHAT_IS_THERE.search(said.said) or _REPLACING.search(said.said)
         or re.match(r"(?:swap|switch|reverse|make|with|without|bigger|smaller|gaps?|space)\b", said.said)
         or not (said.mentions or _orders(turn))
     )  # fmt: skip
@@ -292,7 +294,8 @@ def _whole(turn: Turn, read: SpokenReading) -> bool:
 
 def _orders(turn: Turn) -> bool:
     """Return whether the sentence has a verb that asks for something."""
-    return any(VERBS.get(word, "leave") != "leave" for word in turn.said.said.split())
+    words = _AN_ORDER.sub("", turn.said.said).split()
+    return any(VERBS.get(word, "leave") != "leave" for word in words)
 
 
 def _without_marker(turn: Turn) -> str:

@@ -50,6 +50,12 @@ _ALL = re.compile(
     r"\b(?:everything|everybody|everyone|all|rest|others?|remaining|whole|lot|each|every|any|both|objects?|things?"
     r"|items?|stuff|them|they|these|those|it|whatever|anything|else)\b"
 )
+_EVERYTHING = re.compile(
+    r"\b(?:everything|everybody|everyone|all|rest|others?|remaining|whole|every|any(?:thing|where)?|objects?|things?|items?"
+    r"|stuff|whatever|lot)\b"
+)
+# What some of the objects are said to do alone, or not.
+_FEWER = re.compile(r"\b(?:only|just|out|without|minus|except|nothing but)\b")
 _NEGATED = re.compile(
     r"\b(?:no|not|nor|none|never|out|without|minus|except|but for|leave|leaves|lose|drop|remove|remov\w+|off|away|skip|ditch"
     r"|exclude\w*|forget|scrap|delete|need|needed|isn't|isnt|stays?|keep|n't|\w+n't|doesnt|dont|wrong)\b"
@@ -107,7 +113,7 @@ def _changed(last: Goal, goal: Goal) -> Iterator[tuple[Part, Part]]:
 def _everything_unsaid(turn: Turn, goal: Goal) -> str:
     """A fragment that names no object is about what was spoken of, not about everything on the table."""
     before = turn.last.structures
-    if any(part.objects is None for part in before) or _ALL.search(turn.said.said):
+    if any(part.objects is None for part in before) or _EVERYTHING.search(turn.said.said):
         return ""
     if any(part.objects is None for part in goal.structures):
         return "it does not say which objects it is about"
@@ -229,7 +235,8 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
     if not new - old <= named and not _ALL.search(said):
         return "it names none of the objects that would join"
     if not lost:
-        return ""
+        fewer = named & old and not old <= named and _FEWER.search(said) and not new - old
+        return "it names some of the objects, and all of them would stay" if fewer else ""
     if new <= named and not lost & named and _NEGATED.search(said) and not _LEAVING.search(said):
         return "what it names seems to leave, not to stay"
     if not lost & named and (_JOINING.search(said) or not (_LEAVING.search(said) or _NEGATED.search(said))):

@@ -86,7 +86,7 @@ def test_objects_are_exchanged_and_come_and_go(conversation):
     assert conversation.say("swap cup 1 and cup 3") and str(conversation.situation.parts) == "0, 2 swapped"
     conversation.undo()
     assert conversation.say("replace cup 1 with the orange")
-    assert conversation.situation.objects == ("cup 2", "cup 3", "orange")
+    assert conversation.situation.objects == ("orange", "cup 2", "cup 3")
     assert not conversation.say("without cup 1")
     assert conversation.say("the rest too")
     assert set(conversation.situation.objects) == set(conversation.table.names)

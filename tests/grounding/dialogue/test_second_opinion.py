@@ -37,7 +37,7 @@ READ_LEFT = GoalRevision(LEFT, "ok", "edit", changed=(0,))
 
 
 def test_certain_goal_takes_the_place_of_a_refusal():
-    found = opinion(REFUSED, NetworkReading(LEFT, 0.85))
+    found = opinion(REFUSED, NetworkReading(LEFT, 0.97))
     assert (found.status, found.kind, found.goal, found.changed) == ("ok", "edit", LEFT, (0,))
 
 

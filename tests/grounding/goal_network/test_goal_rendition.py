@@ -60,7 +60,7 @@ class Writes:
 
 
 def test_correction_joins_objects_of_the_goal_with_named_ones():
-    found = SecondReader(Writes).correct(Goal((TOWER,)), "on top put red cup", OBJECTS)
+    found = SecondReader(Writes, corrector=Writes).correct(Goal((TOWER,)), "on top put red cup", OBJECTS)
     assert str(found.goal) == "tower of 0, 1, 2, 3" and found.certainty == 0.9
     assert found.uncopied == ("on", "top", "put")
 
