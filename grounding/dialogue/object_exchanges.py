@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from grounding.dialogue.goal_changes import exchanged, objects_of, with_part
 from grounding.dialogue.goal_mentions import Span
@@ -62,33 +62,50 @@ def objects_exchanged(turn: Turn) -> GoalRevision | None:
     return None
 
 
-def _template(turn: Turn) -> tuple[str, list[tuple[int, ...]]]:
+@dataclass(frozen=True)
+class _Named:
+    """Objects that a phrase fits, and whether it may mean several of them."""
+
+    indices: tuple[int, ...]
+    several: bool
+
+    def of(self, allowed: set[int]) -> tuple[int, ...]:
+        """Return those of some objects that are meant; none where it is not clear which one is."""
+        found = tuple(index for index in self.indices if index in allowed)
+        return found if self.several or len(found) == 1 else ()
+
+
+def _template(turn: Turn) -> tuple[str, list[_Named]]:
     """Return the sentence with "<0>" and so on for its objects and "<part>" for its parts, and what the objects are."""
+    phrases = turn.said.mentions
     spans: list[tuple[Span, str]] = [(one.span, "<part>") for one in turn.said.parts]
-    named = [one for one in turn.said.mentions]
-    spans += [(one.span, f"<{number}>") for number, one in enumerate(named)]
+    spans += [(one.span, f"<{number}>") for number, one in enumerate(phrases)]
     said = turn.said.said
     for (first, end), word in sorted(spans, reverse=True):
         said = f"{said[:first]}{word}{said[end:]}"
-    indices = [one.indices for one in named]
+    named = [_Named(one.indices, one.mention.plural) for one in phrases]
     while (both := _LISTED.search(said)) is not None:  # "the bowl and the plate" are one phrase
         first, second = int(both["first"]), int(both["second"])
-        indices[first] = (*indices[first], *indices[second]) if indices[first] and indices[second] else ()
+        clear = all(named[k].several or len(named[k].indices) == 1 for k in (first, second))
+        indices = (*named[first].indices, *named[second].indices) if clear else ()
+        named[first], named[second] = _Named(indices, True), _Named((), True)
         said = f"{said[: both.start()]}<{first}>{said[both.end() :]}"
-        indices[second] = ()
-    kept = [number for number in range(len(indices)) if f"<{number}>" in said]
+    kept = [number for number in range(len(named)) if f"<{number}>" in said]
     for place, number in enumerate(kept):
         said = said.replace(f"<{number}>", f"<{place}>")
-    return said, [indices[number] for number in kept]
+    return said, [named[number] for number in kept]
 
 
-def _with_others(turn: Turn, one: tuple[int, ...], other: tuple[int, ...]) -> GoalRevision | None:
+def _with_others(turn: Turn, one: _Named, other: _Named) -> GoalRevision | None:
     known = set(turn.last.named_objects())
-    inside = [set(each) & known for each in (one, other)]
-    if not one or not other or (bool(inside[0]) == bool(inside[1])):
+    everything = set(range(len(turn.said.objects)))
+    inside = [bool(set(each.indices) & known) for each in (one, other)]
+    if inside[0] == inside[1]:
         return None
-    goes, comes = (one, other) if inside[0] else (other, one)
-    goes = tuple(index for index in goes if index in known)
+    leaving, joining = (one, other) if inside[0] else (other, one)
+    goes, comes = leaving.of(known), joining.of(everything - known)
+    if not goes or not comes:
+        return None
     with suppress(GoalError):
         if len(goes) == len(comes):
             instead = dict(zip(goes, comes, strict=True))
@@ -116,11 +133,12 @@ def _all_of(goal: Goal, part: StructurePart | RelationPart) -> tuple[int, ...]:
     return (*objects_of(goal, part.objects), *objects_of(goal, reference))
 
 
-def _with_more(turn: Turn, comes: tuple[int, ...]) -> GoalRevision | None:
+def _with_more(turn: Turn, joining: _Named) -> GoalRevision | None:
     """Return the goal in which further objects join the structure that is spoken of, or the only one."""
     spoken = [number for one in turn.said.parts for number in one.numbers]
     numbers = spoken or [n for n, part in enumerate(turn.last.parts) if isinstance(part, StructurePart)]
-    if not comes or len(numbers) != 1 or set(comes) & set(turn.last.named_objects()):
+    comes = joining.of(set(range(len(turn.said.objects))) - set(turn.last.named_objects()))
+    if not comes or len(numbers) != 1 or (joining.several and set(comes) != set(joining.indices)):
         return None
     part = turn.last.parts[numbers[0]]
     if not isinstance(part, StructurePart) or part.objects is None or len(turn.last.parts) > 1 and not spoken:

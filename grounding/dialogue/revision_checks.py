@@ -11,71 +11,25 @@ from collections.abc import Iterator
 
 from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_revision import Turn
+from grounding.dialogue.revision_words import (
+    AFRESH,
+    EVERYTHING,
+    FEWER,
+    JOINING,
+    KEPT,
+    LEAVING,
+    NEGATED,
+    NO_SIDE,
+    PRONOUNS_OR_ALL,
+    SIDES,
+    SIZE_WORDS,
+    VALUE_WORDS,
+    says_shape,
+)
 from grounding.goal_reading.verb_words import VERBS
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, Part, RelationPart, StructurePart
-from grounding.structure_words import STRUCTURES
-
-_LARGE = r"large|larger|big|bigger|huge|giant|wide|wider|broad|broader|room(?:y|ier)|loose\w*|spac\w+|long|longer|enlarge\w*|" \
-    r"grow\w*|expand\w*|stretch\w*|increase\w*|spread\w*|apart|enormous|gigantic|massive|max\w*|up|more"  # fmt: skip
-_SMALL = r"small|smaller|smallish|tiny|tinier|little|wee|titchy|compact\w*|tight\w*|dense|denser|close|closer|together|" \
-    r"shrink\w*|reduce\w*|narrow|narrower|short|shorter|squeeze\w*|mini\w*|shr[au]nk|down|less"  # fmt: skip
-_MEDIUM = rf"medium\w*|mid|middl\w+|average|normal|half|{_LARGE}|{_SMALL}"
-_TURNING = r"fac\w+|point\w*|open\w*|turn\w*|rotat\w+|look\w*|flip\w*|direction|mouth|gap|hole|clockwise|degrees?|other|" \
-    r"round|around|towards?|away|north|south|east|west|opposite|reverse\w*"  # fmt: skip
-_ACROSS = r"left\w*|right\w*|cent(?:er|re)\w*|mid\w*|east|west|sides?|opposite|swap\w*|switch\w*|exchange\w*|trade\w*|" \
-    r"other|over|corner|between|versa|round|mirror\w*"  # fmt: skip
-_ALONG = r"top|bottom|front|back|rear|near\w*|far\w*|behind|clos\w+|towards?|away|up|down|me|middle|mid|cent(?:er|re)\w*|" \
-    r"forwards?|further|upper|lower|opposite|swap\w*|switch\w*|exchange\w*|trade\w*|other|corner|versa|round|edge|ahead"  # fmt: skip
-_WORDS = {
-    "size": {"large": _LARGE, "small": _SMALL, "medium": _MEDIUM},
-    "x_position": _ACROSS,
-    "y_position": _ALONG,
-    "rotation": _TURNING,
-    "direction": rf"{_ACROSS}|{_ALONG}",
-    "relation": rf"{_ACROSS}|{_ALONG}|on|onto|in|into|inside|next|beside|besides|by|between|move\w*|atop|under\w*|put|with",
-}
-# Words that ask for a shape in ways that its own words do not show.
-_OTHER_SHAPE_WORDS = {
-    "line": r"side by side|one (?:beside|behind|next)|alongside|abreast|in order|line\w*|lining|flat",
-    "tower": r"on top of|one (?:on|upon|above|over)|upright|upwards|stack\w*|pil(?:e|ed|es|ing)",
-    "circle": r"rings?|circl\w+|round|loops?|encircl\w+|surround\w*|around",
-    "table setting": r"(?:lay|laid|set|setting)|place settings?|dinner|table",
-    "grid": r"rows|columns|by",
-    "cluster": r"clust\w+|clump\w*|huddl\w*|bunch\w*|group\w*|gather\w*|heap|together|pil(?:e|ed)",
-}
-_SAME_AS_ANOTHER = r"same|swap\w*|switch\w*|exchang\w*|trad\w+|versa|other way|chang\w*"
-_ALL = re.compile(
-    r"\b(?:everything|everybody|everyone|all|rest|others?|remaining|whole|lot|each|every|any|both|objects?|things?"
-    r"|items?|stuff|them|they|these|those|it|whatever|anything|else)\b"
-)
-_EVERYTHING = re.compile(
-    r"\b(?:everything|everybody|everyone|all|rest|others?|remaining|whole|every|any(?:thing|where)?|objects?|things?|items?"
-    r"|stuff|whatever|lot)\b"
-)
-# What some of the objects are said to do alone, or not.
-_FEWER = re.compile(r"\b(?:only|just|out|without|minus|except|nothing but)\b")
-_NEGATED = re.compile(
-    r"\b(?:no|not|nor|none|never|out|without|minus|except|but for|leave|leaves|lose|drop|remove|remov\w+|off|away|skip|ditch"
-    r"|exclude\w*|forget|scrap|delete|need|needed|isn't|isnt|stays?|keep|n't|\w+n't|doesnt|dont|wrong)\b"
-)
-_LEAVING = re.compile(
-    r"\b(?:only|just|same|instead|rather|replace\w*|exchange\w*|swap\w*|switch\w*|trade\w*|change\w*|substitut\w*|meant?|make"
-    r"|use|using|take|nothing but|i said)\b|^(?:no|nope|not|actually|sorry|wait)\b"
-)
-_KEPT = re.compile(r"\b(?:stays?|keep|keeps|as (?:it|they|you|is|said|before|was|were)|same|rest|only|just|fine|ok|okay|good|right)\b")
-# Sides that are said, and what of a part shows them.
-_SIDES = {
-    "left": r"left|west", "right": r"right|east", "back|rear": r"top|far|behind|away|back|north",
-    "front": r"bottom|near|front|closer|south",
-}  # fmt: skip
-_NO_SIDE = re.compile(
-    r"\b(?:bit|little|tad|touch|slightly|further|farther|more|over|closer|nearer|towards?|degrees?|cm|quarter|not|no|nope|instead|rather|than|never|neither|nor|from|but|other|opposite|wrong|swap\w*|switch\w*|all right|alright|right"
-    r" now|that's right|is right|fine|left over|what's left|to my|back to|go back|put back|\w+n't|actually|sorry|was|were|is)\b"
-)
-_AFRESH = re.compile(r"\b(?:scrap|skip|forget|scratch|start (?:again|over|afresh)|new (?:plan|idea)|drop)\b")
-_JOINING = re.compile(r"\b(?:too|also|as well|joins?|belongs?|part of|with (?:it|them|those)|included?|add|added|in (?:it|there))\b")
 
 
 def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
@@ -113,7 +67,7 @@ def _changed(last: Goal, goal: Goal) -> Iterator[tuple[Part, Part]]:
 def _everything_unsaid(turn: Turn, goal: Goal) -> str:
     """A fragment that names no object is about what was spoken of, not about everything on the table."""
     before = turn.last.structures
-    if any(part.objects is None for part in before) or _EVERYTHING.search(turn.said.said):
+    if any(part.objects is None for part in before) or EVERYTHING.search(turn.said.said):
         return ""
     if any(part.objects is None for part in goal.structures):
         return "it does not say which objects it is about"
@@ -145,12 +99,12 @@ def _contradicted(turn: Turn, goal: Goal) -> str:
 def _unused_side(turn: Turn, goal: Goal) -> str:
     """Every side that is said stands in what changes: "the left side and the back" is not the left alone."""
     said = turn.said.said
-    if _NO_SIDE.search(said):
+    if NO_SIDE.search(said):
         return ""
     for first, end in sorted((one.span for one in (*turn.said.mentions, *turn.said.parts)), reverse=True):
         said = f"{said[:first]} {said[end:]}"
     values = " ".join(describe_part(part, None) for part in goal.parts if part not in turn.last.parts)
-    for side, shown in _SIDES.items():
+    for side, shown in SIDES.items():
         if re.search(rf"\b(?:{side})\b", said) and values and not re.search(shown, values):
             return f"{side.split('|')[0]!r} would be left out"
     return ""
@@ -159,7 +113,8 @@ def _unused_side(turn: Turn, goal: Goal) -> str:
 def _half_new(turn: Turn, goal: Goal) -> str:
     """A relation of objects that the goal has is no new goal: "bottle before the jar" changes the order of the line."""
     alone = len(turn.last.parts) == 1 and isinstance(turn.last.parts[0], RelationPart)
-    if turn.built or alone or _AFRESH.search(turn.said.said) or any(VERBS.get(word, "leave") != "leave" for word in turn.said.said.split()):
+    asks = any(VERBS.get(word, "leave") != "leave" for word in turn.said.said.split())
+    if turn.built or alone or asks or AFRESH.search(turn.said.said):
         return ""
     known = set(turn.last.named_objects())
     for part in goal.parts:
@@ -203,25 +158,17 @@ def _unsaid_change(turn: Turn, before: Part, after: Part) -> str:
     said = turn.said.said
     if turn.built and getattr(before, "relation", "") == "moved":
         return ""  # what it says is of where the object is now
-    for name, words in _WORDS.items():
+    for name in ("size", *VALUE_WORDS):
         value = getattr(after, name, None)
         if value is None or value == getattr(before, name, None):
             continue
-        pattern = words[value] if isinstance(words, dict) else words
+        pattern = SIZE_WORDS[value] if name == "size" else VALUE_WORDS[name]
         if not re.search(rf"\b(?:{pattern})\b", said):
             return f"no word of it asks for {name.replace('_', ' ')} {value}"
     shape = getattr(after, "shape", None)
-    if shape is not None and shape != getattr(before, "shape", None) and not _says_shape(shape, said):
+    if shape is not None and shape != getattr(before, "shape", None) and not says_shape(shape, said):
         return f"no word of it asks for a {shape}"
     return ""
-
-
-def _says_shape(shape: str, said: str) -> bool:
-    """Return whether a sentence has a word for a shape."""
-    words = STRUCTURES[shape].words
-    own = (*words.nouns, *words.never_objects, *words.adjectives, *words.verbs, *words.participles)
-    known = "|".join((*map(re.escape, own), _SAME_AS_ANOTHER, *filter(None, (_OTHER_SHAPE_WORDS.get(shape),))))
-    return re.search(rf"\b(?:{known})(?:s|ed|ing)?\b", said) is not None
 
 
 def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
@@ -232,20 +179,20 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
     lost = old - new
     said = turn.said.said
     named = _named(turn)
-    if not new - old <= named and not _ALL.search(said):
+    if not new - old <= named and not PRONOUNS_OR_ALL.search(said):
         return "it names none of the objects that would join"
     if not lost:
-        fewer = named & old and not old <= named and _FEWER.search(said) and not new - old
+        fewer = named & old and not old <= named and FEWER.search(said) and not new - old
         return "it names some of the objects, and all of them would stay" if fewer else ""
-    if new <= named and not lost & named and _NEGATED.search(said) and not _LEAVING.search(said):
+    if new <= named and not lost & named and NEGATED.search(said) and not LEAVING.search(said):
         return "what it names seems to leave, not to stay"
-    if not lost & named and (_JOINING.search(said) or not (_LEAVING.search(said) or _NEGATED.search(said))):
+    if not lost & named and (JOINING.search(said) or not (LEAVING.search(said) or NEGATED.search(said))):
         return "it names none of the objects that would leave"
     return ""
 
 
 def _named(turn: Turn) -> set[int]:
-    """Return the objects that a sentence names, those by their noun alone too: "the bowl instead" is no known phrase."""
+    """Return the objects that a sentence names, also by their noun alone in a phrase that is not known."""
     nouns = set(turn.said.said.split())
     by_noun = {n for n in range(len(turn.said.names)) if {turn.said.kind(n), f"{turn.said.kind(n)}s"} & nouns}
     phrases = turn.said.mentions
@@ -266,7 +213,7 @@ def _unused_object(turn: Turn, goal: Goal) -> str:
             if part.objects is None:
                 return ""
     known = set(turn.last.named_objects())
-    fewer = len(goal.parts) < len(turn.last.parts) or _KEPT.search(turn.said.said) is not None
+    fewer = len(goal.parts) < len(turn.last.parts) or KEPT.search(turn.said.said) is not None
     for one in turn.said.mentions:
         if fewer and set(one.indices) <= known:
             continue  # what is said to stay as it is

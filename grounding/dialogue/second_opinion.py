@@ -1,8 +1,9 @@
 """Let the goal network read what is said about a goal too, and decide what its reading changes.
 
 The rules of corrections know what they read, and refuse most of what people say in other words. The network reads all
-of it and says how certain it is. Where the rules found nothing, its goal is used if it is certain and knows every word,
-else offered as a question; where the rules found another goal, a certain network makes a question with both.
+of it and says how certain it is. Where the rules found nothing, its goal is used if it is certain, knows every word and
+changes nothing that the sentence has no words for, else offered as a question; where the rules found another goal, a
+certain network makes a question with both.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Sequence
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.relative_edits import normalized, relative_edits
+from grounding.dialogue.revision_checks import unsupported
 from grounding.dialogue.structure_edits import revised_structure
 from grounding.goal_network.second_reader import WEIGHTY, NetworkReading
 from grounding.goals.comparison import compare_goals
@@ -49,7 +51,7 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
         return _doubted(turn, found, second)
     if second.goal is None or second.certainty < LIKELY or _same(turn, second.goal, turn.last):
         return found
-    if second.certainty >= CERTAIN and not second.unknown:
+    if second.certainty >= CERTAIN and not second.unknown and not unsupported(turn, second.goal, found.kind):
         return _network_goal(turn, found, second)
     question = f"{shortened(turn.text)!r} was not understood for certain: is this the goal that is meant?"
     return _question(turn, found, question, [second.goal, turn.last])

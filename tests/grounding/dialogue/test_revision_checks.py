@@ -1,4 +1,4 @@
-"""Corrections as strangers say them: exchanged and joining objects, other edges and ends, and what nobody has words for."""
+"""Corrections as strangers say them: exchanged and joining objects, other edges and ends, and what has no words."""
 
 from __future__ import annotations
 
@@ -72,6 +72,8 @@ def test_what_is_said_is_changed(say, parts, text, then):
         ((LINE,), "the left side and the back"),  # not the left alone
         ((BY_HEIGHT,), "biggest left"),  # no large line
         ((BESIDE, AFTER), "the bowl right of the plate as well"),  # it has one place
+        ((LINE, TOWER), "a cup out, the banana in"),  # which of the three
+        ((StructurePart("line", objects=(3, 4)), BESIDE), "the can should join the line"),  # which of the two
     ],
 )
 def test_what_it_has_no_words_for_is_not_changed(say, parts, text):

@@ -1,0 +1,111 @@
+"""Words that a correction must have for what it changes: for a size, a place, a shape, an object that leaves or stays.
+
+A star stands for any ending, an underscore for a space.
+"""
+
+from __future__ import annotations
+
+import re
+
+from grounding.structure_words import STRUCTURES
+
+
+def _one_of(words: str) -> str:
+    """Return a pattern for any of some words."""
+    return "|".join(word.replace("*", r"\w*").replace("_", " ") for word in words.split())
+
+
+def _having(words: str) -> re.Pattern[str]:
+    """Return the pattern of texts that have any of some words."""
+    return re.compile(rf"\b(?:{_one_of(words)})\b")
+
+
+_LARGE = (
+    "large larger big bigger huge giant wide wider broad broader roomy roomier loose* spac* long longer enlarge* grow* "
+    "expand* stretch* increase* spread* apart enormous gigantic massive max* up more"
+)
+_SMALL = (
+    "small smaller smallish tiny tinier little wee titchy compact* tight* dense denser close closer together shrink* "
+    "shrank shrunk reduce* narrow narrower short shorter squeeze* mini* down less"
+)
+_EXCHANGING = "swap* switch* exchange* trade* versa round other opposite"
+_ACROSS = f"left* right* center* centre* mid* east west side sides over corner between mirror* {_EXCHANGING}"
+_ALONG = (
+    "top bottom front back rear near* far* behind clos* toward towards away up down me mid middle center* centre* "
+    f"forward forwards further upper lower corner edge ahead {_EXCHANGING}"
+)
+_TURNING = (
+    "fac* point* open* turn* rotat* look* flip* direction mouth gap hole clockwise degree degrees round around toward "
+    "towards away north south east west other opposite reverse*"
+)
+SIZE_WORDS = {
+    "large": _one_of(_LARGE), "small": _one_of(_SMALL),
+    "medium": _one_of(f"medium* mid middl* average normal half {_LARGE} {_SMALL}"),
+}  # fmt: skip
+# Of what a part may hold, by the name of its field.
+VALUE_WORDS = {
+    "x_position": _one_of(_ACROSS),
+    "y_position": _one_of(_ALONG),
+    "rotation": _one_of(_TURNING),
+    "direction": _one_of(f"{_ACROSS} {_ALONG}"),
+    "relation": _one_of(
+        f"{_ACROSS} {_ALONG} on onto in into inside next beside besides by move* atop under* put with"
+    ),
+}
+# Words that ask for a shape in ways that its own words do not show.
+_OTHER_SHAPE_WORDS = {
+    "line": "side_by_side one_beside one_behind one_next alongside abreast in_order line* lining flat",
+    "tower": "on_top_of one_on one_upon one_above one_over upright upwards stack* pile piled piles piling",
+    "circle": "ring rings circl* round loop loops encircl* surround* around",
+    "table setting": "lay laid set setting place_setting place_settings dinner table",
+    "grid": "rows columns by",
+    "cluster": "clust* clump* huddl* bunch* group* gather* heap together pile piled",
+}
+_AS_ANOTHER = "same swap* switch* exchang* trad* versa other_way chang*"
+PRONOUNS_OR_ALL = _having(
+    "everything everybody everyone all rest other others remaining whole lot each every any both object objects thing "
+    "things item items stuff them they these those it whatever anything else"
+)
+EVERYTHING = _having(
+    "everything everybody everyone all rest (?<!each_)other (?<!each_)others remaining whole every any anything "
+    "anywhere object objects thing things item items stuff whatever lot"
+)
+# What some of the objects are said to do alone, or not.
+FEWER = _having("only just out without minus except nothing_but")
+NEGATED = _having(
+    r"no not nor none never out without minus except but_for leave leaves lose drop remov* off away skip ditch "
+    r"exclude* forget scrap delete need needed isnt stay stays keep n't \w+n't doesnt dont wrong"
+)
+LEAVING = re.compile(
+    rf"{_having('only just same instead rather replace* substitut* change* mean meant make use using take').pattern}"
+    rf"|{_having('swap* switch* exchange* trade* nothing_but i_said').pattern}|^(?:no|nope|not|actually|sorry|wait)\b"
+)
+KEPT = _having(
+    "stay stays keep keeps as_it as_they as_you as_is as_said as_before as_was as_were same rest only just fine ok "
+    "okay good right"
+)
+# Sides that are said, and what of a part shows them.
+SIDES = {
+    "left": r"left|west", "right": r"right|east", "back|rear": r"top|far|behind|away|back|north",
+    "front": r"bottom|near|front|closer|south",
+}  # fmt: skip
+# With these a side may be denied, corrected, a way to move, or no side at all.
+NO_SIDE = _having(
+    r"bit little tad touch slightly further farther more over closer nearer toward towards degree degrees cm quarter "
+    r"not no nope instead rather than never neither nor from but other opposite wrong swap* all_right alright "
+    r"right_now"
+    r"that's_right is_right fine left_over what's_left to_my back_to go_back put_back \w+n't actually sorry was were is"
+)
+AFRESH = _having("scrap skip forget scratch start_again start_over start_afresh new_plan new_idea drop")
+JOINING = _having(
+    "too also as_well join joins belong belongs part_of with_it with_them with_those include included add added in_it "
+    "in_there"
+)
+
+
+def says_shape(shape: str, said: str) -> bool:
+    """Return whether a sentence has a word for a shape."""
+    words = STRUCTURES[shape].words
+    own = (*words.nouns, *words.never_objects, *words.adjectives, *words.verbs, *words.participles)
+    other = _one_of(f"{_AS_ANOTHER} {_OTHER_SHAPE_WORDS.get(shape, '')}")
+    return re.search(rf"\b(?:{'|'.join(map(re.escape, own))}|{other})(?:s|ed|ing)?\b", said) is not None
