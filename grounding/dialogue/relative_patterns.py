@@ -29,13 +29,14 @@ _SMALL = (
 _LARGER = (
     r"(?:bigger|larger|wider|longer|broader|roomier|looser|airier|huger"
     r"|more (?:spread out|spacious|spaced out|roomy|loose|loosely|space|room|air|distance|elbow room|widely)"
-    r"|(?:further|farther|more) apart|more (?:distant|far) from each other)"
+    r"|(?:further|farther|more) apart|more (?:distant|far) from each other"
+    r"|(?:one|a|next) size (?:step )?(?:up|larger|bigger)|one step (?:up in size|larger|bigger))"
 )
 _SMALLER = (
     r"(?:smaller|tighter|narrower|shorter|denser|snugger|compacter|tinier|more (?:compact|tightly"
     r"|tight|dense|densely)"
     r"|(?:closer|nearer)(?: in)? (?:together|to each other|to one another|up)|less (?:space|room"
-    r"|distance|air))"
+    r"|distance|air)|(?:one|a|next) size (?:step )?(?:down|smaller)|one step (?:down in size|smaller))"
 )
 _SLOT_WORDS = {
     "size": r"(?:size|spacing|spread|radius|length|width)",

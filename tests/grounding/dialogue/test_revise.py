@@ -22,6 +22,8 @@ def _changes(last, revision):
     [
         # size
         (RING, "a bit bigger", {"size": "large"}),
+        (RING, "one size step up", {"size": "large"}),
+        (RING, "one size down please", {"size": "small"}),
         (RING, "Bigger!", {"size": "large"}),
         (RING, "smaller, please", {"size": "small"}),
         (RING, "much tighter", {"size": "small"}),
