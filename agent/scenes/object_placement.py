@@ -197,8 +197,8 @@ def saved_objects(
 
 def _source_of(model: ObjectModel, objects: str) -> str | Path:
     """Return the source of an object from `load_objects(objects)`."""
-    if model.source in LIBRARIES:
-        return f"{model.source}/{model.name}"
+    if objects in LIBRARIES:  # not `model.source`: some libraries consist of objects of others and more
+        return f"{objects}/{model.name}"
     meshes = sorted(path for path in Path(objects).iterdir() if path.suffix.lower() in FORMATS)
     return next(path for path in meshes if model.name in (path.name, path.stem)).resolve()
 
