@@ -128,9 +128,11 @@ def _room(half: np.ndarray, rng: np.random.Generator) -> list[Part]:
 
 
 def training_camera(placed: list[Placed], rng: np.random.Generator) -> np.ndarray:
-    """Return the pose (4, 4) of a camera that looks at the objects from any side; z forward, x right, y down."""
-    middles = np.array([one.pose[:2, 3] for one in placed])
-    target = np.array([*(rng.uniform(0.0, 1.0) * middles.mean(axis=0) + rng.uniform(-0.08, 0.08, 2)), 0.05])
+    """Return the pose (4, 4) of a camera that looks at the objects, or at the middle of an empty table, from any side;
+    z forward, x right, y down.
+    """
+    middle = np.mean([one.pose[:2, 3] for one in placed], axis=0) if placed else np.zeros(2)
+    target = np.array([*(rng.uniform(0.0, 1.0) * middle + rng.uniform(-0.08, 0.08, 2)), 0.05])
     distance, rise = rng.uniform(0.6, 1.35), math.radians(rng.uniform(18.0, 75.0))
     turn, roll = rng.uniform(-math.pi, math.pi), math.radians(rng.normal(0.0, 4.0))
     toward = np.array([-math.cos(rise) * math.cos(turn), -math.cos(rise) * math.sin(turn), math.sin(rise)])

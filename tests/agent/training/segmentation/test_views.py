@@ -6,7 +6,7 @@ import pytest
 from agent.synthetic_tables.shapes import PARTS
 from agent.training.segmentation.batches import varied
 from agent.training.segmentation.objects import TRAINING
-from agent.training.segmentation.scenes import training_scene
+from agent.training.segmentation.scenes import training_camera, training_scene
 from agent.training.segmentation.views import HEIGHT, WIDTH, draw_views
 from structdiffusion.geometry import transform_points
 
@@ -35,6 +35,13 @@ def test_objects_on_others_stand_higher_and_parts_are_numbered():
     assert [part.number for part in parts if part.number > 0] == list(range(1, len(placed) + 1))
     for one in placed:
         assert one.pose[2, 3] >= (0.0 if one.on is None else placed[one.on].pose[2, 3])
+
+
+def test_an_empty_table_is_looked_at_in_its_middle():
+    camera = training_camera([], np.random.default_rng(0))
+    assert np.isfinite(camera).all()
+    away = camera[:2, 3] - camera[2, 3] / camera[2, 2] * camera[:2, 2]  # where the line of sight meets the table
+    assert np.abs(away).max() < 0.3
 
 
 def test_a_view_shows_its_table_at_height_zero_and_objects_above(views):
