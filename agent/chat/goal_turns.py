@@ -55,7 +55,7 @@ class GoalTurns(BuildSession):
         objects = self.table.referents_of(self.table.original_names)
         return revise_goal(
             self._spoken_goal(), text, SceneReader(interpreter, objects), objects, encoder=self._cache.encoder,
-            stands=[self.situation.stands], built=self.situation.built,
+            stands=[self.situation.stands], built=self.situation.built, declined=self.situation.declined,
         )  # fmt: skip
 
     def _revised_by_choice(self, text: str) -> GoalRevision:

@@ -142,6 +142,11 @@ class Situation:
         return (last.goal, last.objects, last.parts) == (self.goal or StructureSpec(), self.objects, self.parts)
 
     @property
+    def declined(self) -> bool:
+        """Return whether the last proposal is neither pending nor built."""
+        return self.proposal is None and self.shown is not None and not self.built
+
+    @property
     def spoken_parts(self) -> Goal | None:
         """Return the goal of several parts from the speaker's viewpoint."""
         return self.parts.turned() if self.parts is not None and self.viewpoint == "opposite" else self.parts

@@ -63,6 +63,7 @@ class Turn:
         reader: reads whole instructions.
         stands: for each part what the arrangement that was shown realises of it; may be shorter than the parts.
         built: whether the goal stands on the table.
+        open: whether the goal is still to be built: what is said of other objects then adds to it.
     """
 
     last: Goal
@@ -71,11 +72,12 @@ class Turn:
     reader: GoalReader
     stands: Sequence[StructureSpec | None]
     built: bool
+    open: bool = True
 
     def after(self, goal: Goal, text: str) -> Turn:
         """Return the turn in which another sentence is said about another goal."""
-        return Turn(
-            goal, text, GoalText(text, goal, self.said.objects, self.said.encoder), self.reader, self.stands, self.built
+        return replace(
+            self, last=goal, text=text, said=GoalText(text, goal, self.said.objects, self.said.encoder)
         )
 
 
@@ -107,9 +109,15 @@ def _texts(question: Question, text: str) -> tuple[str, ...]:
     return tuple(pattern.sub(lambda _, name=option: f"the {name}", text, count=1) for option in question.options)
 
 
-def anew(turn: Turn, read: SpokenReading) -> GoalRevision:
-    """Return an instruction that takes the place of the whole goal, and say so."""
-    new = new_goal(turn.last, read, turn.text)
+def anew(turn: Turn, read: SpokenReading, text: str = "") -> GoalRevision:
+    """Return an instruction that takes the place of the whole goal, and say so.
+
+    Args:
+        turn: the sentence and the goal.
+        read: how the instruction was read.
+        text: of the instruction; by default the whole sentence.
+    """
+    new = new_goal(turn.last, read, text or turn.text)
     if turn.built or new.status != "ok" or not turn.last.parts:
         return new
     note = f"this takes the place of {listed(turn.last, turn.said.names)}; “also …” adds to it"

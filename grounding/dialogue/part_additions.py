@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from grounding.dialogue.goal_changes import added, numbered, objects_of, with_part
+from grounding.dialogue.goal_changes import added, listed, numbered, objects_of, references_of, with_part
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
 from grounding.dialogue.relation_edits import FILLERS
+from grounding.dialogue.revision_words import AFRESH, INSTEAD
+from grounding.dialogue.scene_reader import SpokenReading
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, RelationPart, StructurePart
 from grounding.parse_result import Question
@@ -66,6 +68,44 @@ def addition(turn: Turn) -> GoalRevision | None:
         return GoalRevision(turn.last, "refused", "add", message, read=read)
     numbers = tuple(range(len(turn.last.parts), len(goal.parts)))
     return GoalRevision(goal, "ok", "add", read.message, numbers, read=read)
+
+
+def said_besides(turn: Turn, read: SpokenReading) -> GoalRevision | None:
+    """Return the goal with what an instruction of its own says of other objects than those that it places.
+
+    Args:
+        turn: the sentence and the goal.
+        read: the sentence read as a whole instruction.
+
+    Returns:
+        `None` where the goal is not to be built any more, where the instruction is about objects of the goal, or where
+        it is said to take the goal's place.
+    """
+    new = {one for part in read.goal.parts for one in objects_of(read.goal, part.objects)}
+    old = {one for part in turn.last.parts for one in objects_of(turn.last, part.objects)}
+    everything = any(part.objects is None for goal in (read.goal, turn.last) for part in goal.structures)
+    if not turn.open or read.status != "ok" or everything or not new or not old or new & old:
+        return None
+    if INSTEAD.search(turn.said.said) or AFRESH.search(turn.said.said) or _turned_round(turn.last, read.goal):
+        return None
+    try:
+        goal = added(turn.last, read.goal)
+    except GoalError:
+        return None
+    note = f"this adds to {listed(turn.last, turn.said.names)}; “scrap that, …” takes its place"
+    numbers = tuple(range(len(turn.last.parts), len(goal.parts)))
+    return GoalRevision(goal, "ok", "add", "; ".join(filter(None, (read.message, note))), numbers, read=read)
+
+
+def _turned_round(last: Goal, new: Goal) -> bool:
+    """Return whether a relation places what another is placed by: "no, the bowl goes left of the cup"."""
+    placed_by = [set(objects_of(last, references_of(part))) for part in last.parts]
+    return any(
+        set(objects_of(new, part.objects)) & by and set(objects_of(new, references_of(part))) & set(
+            objects_of(last, other.objects)
+        )
+        for part in new.parts for other, by in zip(last.parts, placed_by, strict=True)
+    )  # fmt: skip
 
 
 def _joined(turn: Turn, rest: str) -> GoalRevision | None:

@@ -37,6 +37,7 @@ _LEFT = re.compile(
 _UNTOUCHED = re.compile(rf"^{_POLITE}(?:do not|don't|never) (?:touch|move|use|take|build|make|do)\b")
 _KEEP = re.compile(rf"^{_POLITE}(?:(?P<only>only|just|nothing but)|(?:but )?(?:keep|leave)(?P<also> only| just)?)\b")
 _ONLY_BEHIND = re.compile(r"\b(?:only|alone|nothing else)$")
+_LEFT_BY_OBJECTS = re.compile(r"\b(?:from|out of|off|in|of) $")  # before the words for a part
 _MORE_THAN_DROPS = re.compile(r"\b(?:with|instead|add|plus|but)\b")
 _FILLERS = FILLERS | frozenset(
     "drop remove delete forget about lose ditch cancel skip scrap scratch nix undo without never mind nevermind no more "
@@ -117,7 +118,9 @@ def _spans(text: GoalText) -> list[Span]:
 def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Goal, set[int]]:
     if left := text.left_over(_spans(text), _FILLERS):
         raise CannotApplyError(f"{' '.join(left)!r} was not understood")
-    if text.parts:
+    meant = {index for said in text.mentions for index in said.indices}
+    within = _parts_left(text) if meant else ()
+    if text.parts and not within:
         if missing := [one.words for one in text.parts if not one.numbers]:
             raise CannotApplyError(
                 f"the goal has no {missing[0].removeprefix('the ')!r}; it is: {listed(text.goal, text.names)}"
@@ -129,9 +132,10 @@ def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Go
         if several and targets is not None and len(targets) > 1:
             raise CannotApplyError(f"{several[0].words!r} can be each of: {listed(text.goal, text.names)}")
         return text.goal, set(targets or ())
-    meant = {index for said in text.mentions for index in said.indices}
     goal, numbers = text.goal, set[int]()
     for number, part in enumerate(goal.parts):
+        if within and number not in within:
+            continue
         if isinstance(part, StructurePart) and part.around is not None and set(part.around) <= meant:
             goal = Goal((*goal.parts[:number], replace(part, around=None), *goal.parts[number + 1 :]))
             continue
@@ -153,6 +157,13 @@ def _without(text: GoalText, gone: Collection[int], untouched: bool) -> tuple[Go
             f"no part of the goal moves {what}" if untouched else f"no part of the goal has {what} to drop"
         )
     return goal, numbers
+
+
+def _parts_left(text: GoalText) -> tuple[int, ...]:
+    """Return the parts that objects leave, "the cup from the circle"; none where a part is dropped as a whole."""
+    if not all(_LEFT_BY_OBJECTS.search(text.said[: one.span[0]]) for one in text.parts):
+        return ()
+    return tuple(number for one in text.parts for number in one.numbers)
 
 
 def _with(part: Part, objects: tuple[int | str, ...]) -> Part:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from grounding.dialogue.goal_changes import added, exchanged, numbered, objects_of, with_part, without_parts
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
 from grounding.dialogue.relation_edits import FILLERS
+from grounding.dialogue.revision_words import OF_THE_TABLE
 from grounding.dialogue.scene_reader import SpokenReading
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError, Part, PartReference, RelationPart, StructurePart
+from grounding.goals.parts import DIRECTIONAL, GoalError, Part, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, Question
 
-_INSTEAD = re.compile(r"\b(?:instead|rather)\b")
 _EXCHANGING = FILLERS - frozenset("also so then on in by with from up out over".split())
 
 
@@ -30,8 +30,8 @@ def replaced(turn: Turn, read: SpokenReading) -> GoalRevision | None:
         same = [n for n, other in enumerate(turn.last.parts) if set(objects_of(turn.last, other.objects)) == own]
         if len(same) != 1 or any(isinstance(each, PartReference) for each in _ends(part)):
             return None
-        instead = _INSTEAD.search(turn.said.said) is not None
-        goal = with_part(goal, same[0], _at_its_place(part, turn.last.parts[same[0]]) if instead else part)
+        old = turn.last.parts[same[0]]
+        goal = with_part(goal, same[0], _beside(part, old, turn.said.said) or _at_its_place(part, old))
         changed.append(same[0])
     if len(goal.parts) == 1:
         return None
@@ -39,11 +39,29 @@ def replaced(turn: Turn, read: SpokenReading) -> GoalRevision | None:
 
 
 def _at_its_place(part: Part, old: Part) -> Part:
-    """Return a structure that stands where the one before it should, unless it has a place of its own."""
-    placed = isinstance(part, StructurePart) and (part.x_position or part.y_position)
-    if not isinstance(part, StructurePart) or not isinstance(old, StructurePart) or placed:
+    """Return a structure that stands where the one before it should, unless it has a place of its own.
+
+    Where no shape is said, it keeps its own, and all else that is not said: "cans on the right, cups on the left".
+    """
+    if not isinstance(part, StructurePart) or not isinstance(old, StructurePart):
+        return part
+    if part.shape is None and old.shape is not None:
+        said = {each.name: value for each in fields(part) if (value := getattr(part, each.name)) is not None}
+        return replace(old, **{key: value for key, value in said.items() if key != "objects"})
+    if part.x_position or part.y_position:
         return part
     return replace(part, x_position=old.x_position, y_position=old.y_position)
+
+
+def _beside(part: Part, old: Part, said: str) -> Part | None:
+    """Return a relation to the same object on another side of it: "the bowl in front" of what it was left of."""
+    if not isinstance(part, RelationPart) or not isinstance(old, RelationPart) or part.relation != "at":
+        return None
+    sides = [side for side in (part.x_position, part.y_position) if side is not None]
+    if old.relation not in (*DIRECTIONAL, "next to") or len(sides) != 1 or OF_THE_TABLE.search(said):
+        return None
+    relation = {"left": "left of", "right": "right of", "bottom": "in front of", "top": "behind"}.get(sides[0])
+    return None if relation is None else replace(old, relation=relation)
 
 
 def which_is_replaced(turn: Turn, read: SpokenReading) -> GoalRevision:

@@ -10,12 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from grounding.dialogue.goal_changes import added, listed, objects_of
+from grounding.dialogue.goal_changes import listed, objects_of
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, anew, new_goal
 from grounding.dialogue.interjections import without_interjections
 from grounding.dialogue.object_exchanges import objects_exchanged
-from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged
+from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged, said_besides
 from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
 from grounding.dialogue.part_lengths import CannotApplyError
@@ -49,6 +49,14 @@ _BESIDE_IT = re.compile(
 )
 _OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
+_START_AFRESH = re.compile(
+    r"(?:(?:no|nope|ok|okay|actually|hmm?|oh|wait|please|right|well|sorry|let's)[ ,.!]+)*"
+    r"(?:(?:scrap|forget|scratch|bin|ditch|cancel|never ?mind)(?: about)?"
+    r" (?:all (?:of )?)?(?:that|this|it|everything|all|the (?:lot|whole (?:thing|lot|plan)))"
+    r"|start(?:ing)? (?:again|over|afresh|from scratch)|new (?:plan|idea))\b[ ,.;:!-]+(?:and |then |just |instead )*"
+    r"(?P<rest>.*\w.*?)(?:[ ,.;]+(?:and )?(?:(?:nothing|nowt) else|that's (?:it|all)))?[ .!]*",
+    re.IGNORECASE | re.DOTALL,
+)
 _BARE_NUMBER = re.compile(
     r"(?:(?:no|nope|actually|please|just|now|then)[ ,]+)*(?:make|say) (?:it|that|them) (?:about )?\d+(?:\.\d+)?[ .!]*",
     re.IGNORECASE,
@@ -70,6 +78,7 @@ def revise_goal(
     encoder: object = None,
     stands: Sequence[StructureSpec | None] = (),
     built: bool = False,
+    declined: bool = False,
 ) -> GoalRevision:
     """Interpret the next sentence of a conversation about a goal.
 
@@ -81,10 +90,12 @@ def revise_goal(
         encoder: finds what unknown nouns mean.
         stands: for each part what the arrangement that was shown realises of it; may be shorter than the parts.
         built: whether the last goal stands on the table: a move then goes on from where it ended.
+        declined: whether it was proposed and is no longer wanted. An instruction about other objects takes the place
+            of a goal that was built or declined, and adds to one that is still to be built.
     """
     text = _with_unit(without_interjections(text), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
-    turn = Turn(last, text, said, reader, stands, built)
+    turn = Turn(last, text, said, reader, stands, built, not built and not declined)
     return second_opinion(turn, _supported(turn, _by_rules(turn)))
 
 
@@ -101,6 +112,8 @@ def _supported(turn: Turn, found: GoalRevision) -> GoalRevision:
 def _by_rules(turn: Turn) -> GoalRevision:
     """Return the effect of a sentence as the rules read it."""
     last, text = turn.last, turn.text
+    if last.parts and (afresh := _START_AFRESH.fullmatch(text.strip())) is not None:
+        return anew(turn, turn.reader.read(afresh["rest"]), afresh["rest"])
     if last.parts and len(text) <= _LONGEST_CORRECTION and (other := objects_exchanged(turn)) is not None:
         return other
     spec = last.plain_spec if last.parts else StructureSpec()
@@ -129,7 +142,9 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
         return GoalRevision(last, "refused", message=f"there is no {absent[0]!r} here; nothing was changed")
     read = _read_whole(turn, text)
     if read.goal.parts and read.goal.plain_spec is None:
-        return _of_its_own_objects(turn, read) or anew(turn, read)
+        return _of_its_own_objects(turn, read) or said_besides(turn, read) or anew(turn, read)
+    if plain.kind == "new" and (more := said_besides(turn, read)) is not None:
+        return more
     whole_sentence = plain.kind == "new" or not last.parts
     instructs = whole_sentence and bool(turn.said.mentions or _orders(turn))
     if instructs and read.status == "ok" and read.goal.parts and not _same_plain(turn, plain, read):
@@ -161,21 +176,6 @@ def _of_its_own_objects(turn: Turn, read: SpokenReading) -> GoalRevision | None:
     if named and named < own:
         return _refused(turn, None)  # to take them out of the structure is another wish than to place them in it
     return None
-
-
-def _said_besides(turn: Turn, read: SpokenReading) -> GoalRevision | None:
-    """Return the goal with what a phrase without a verb says of other objects: "and" is left out in a list of wishes."""
-    new = {one for part in read.goal.parts for one in objects_of(read.goal, part.objects)}
-    old = {one for part in turn.last.parts for one in objects_of(turn.last, part.objects)}
-    open_ = any(part.objects is None for goal in (read.goal, turn.last) for part in goal.structures)
-    if turn.built or _orders(turn) or open_ or not new or new & old or not _is_new(turn):
-        return None
-    try:
-        goal = added(turn.last, read.goal)
-    except GoalError:
-        return None
-    numbers = tuple(range(len(turn.last.parts), len(goal.parts)))
-    return GoalRevision(goal, "ok", "add", read.message, numbers, read=read)
 
 
 def _same_plain(turn: Turn, plain: Revision, read: SpokenReading) -> bool:
@@ -260,7 +260,7 @@ def _revision(turn: Turn) -> GoalRevision:
             return which_is_replaced(turn, read)
         if turn.said.mentions and not _orders(turn) and all(one.mention.noun == ANY for one in turn.said.mentions):
             return edit or _refused(turn, None)  # "with the tallest on the right" is no goal of its own
-        return _said_besides(turn, read) or anew(turn, read)
+        return said_besides(turn, read) or anew(turn, read)
     if read.status == "ask" and read.question is not None and not corrects:
         return new_goal(turn.last, read, turn.text)
     edit = edit or edited(turn)

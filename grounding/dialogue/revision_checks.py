@@ -13,14 +13,21 @@ from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_revision import Turn
 from grounding.dialogue.revision_words import (
     AFRESH,
+    AS_ANOTHER,
+    BARE_SIDE,
     EVERYTHING,
     FEWER,
+    FIRST_OR_LAST,
+    HEAPS,
     JOINING,
     KEPT,
     LEAVING,
     NEGATED,
     NO_SIDE,
+    OF_THE_TABLE,
+    ON_TOP,
     PRONOUNS_OR_ALL,
+    SAYS_NO_PLACE,
     SIDES,
     SIZE_WORDS,
     VALUE_WORDS,
@@ -29,7 +36,7 @@ from grounding.dialogue.revision_words import (
 from grounding.goal_reading.verb_words import VERBS
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import DIRECTIONAL, Part, RelationPart, StructurePart
+from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart, StructurePart
 
 
 def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
@@ -51,7 +58,9 @@ def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
     if kind == "new":
         return _half_new(turn, goal)
     for before, after in _changed(turn.last, goal):
-        if reason := _unsaid_change(turn, before, after) or _unsaid_loss(turn, goal, before, after):
+        reason = _unsaid_change(turn, before, after) or _denied_side(turn, before, after)
+        reason = reason or _side_of_what(turn, before, after)
+        if reason := reason or _unsaid_loss(turn, goal, before, after):
             return reason
     return _unused_object(turn, goal)
 
@@ -94,6 +103,31 @@ def _contradicted(turn: Turn, goal: Goal) -> str:
         if part.along is not None and part in new and _against(part):
             return f"a line along the {part.along} edge is not at the {part.x_position or part.y_position}"
     return ""
+
+
+def _denied_side(turn: Turn, before: Part, after: Part) -> str:
+    """A side that is denied is not where the part stays: "not the back, over to the left"."""
+    for side, shown in SIDES.items():
+        denied = re.search(rf"\bnot (?:(?:at|on|in|to|along|by) )?(?:the |my )?(?:{side})\b", turn.said.said)
+        if denied and re.search(rf"\b(?:{shown})\b", describe_part(after, None)):
+            return f"{side.split('|')[0]!r} was denied"
+    if getattr(after, "along", None) is not None and after.along == getattr(before, "along", None):  # type: ignore[union-attr]
+        if any(getattr(before, slot) != getattr(after, slot) for slot in ("x_position", "y_position")):
+            return "it is not clear whether the line goes along another edge"
+    return ""
+
+
+def _side_of_what(turn: Turn, before: Part, after: Part) -> str:
+    """Where a relation places a structure, "the tower in front" can be of the table or of what it is placed by."""
+    if before not in turn.last.parts or not BARE_SIDE.search(turn.said.said) or OF_THE_TABLE.search(turn.said.said):
+        return ""
+    number = turn.last.parts.index(before)
+    placed = any(
+        isinstance(part, RelationPart) and part.relation in DIRECTIONAL and part.objects == PartReference(number)
+        for part in turn.last.parts
+    )
+    moved = any(getattr(before, slot, None) != getattr(after, slot, None) for slot in ("x_position", "y_position"))
+    return "it is not clear which side of what is meant" if placed and moved else ""
 
 
 def _unused_side(turn: Turn, goal: Goal) -> str:
@@ -163,12 +197,33 @@ def _unsaid_change(turn: Turn, before: Part, after: Part) -> str:
         if value is None or value == getattr(before, name, None):
             continue
         pattern = SIZE_WORDS[value] if name == "size" else VALUE_WORDS[name]
-        if not re.search(rf"\b(?:{pattern})\b", said):
+        if not re.search(rf"\b(?:{pattern})\b", SAYS_NO_PLACE.sub(" ", said) if "position" in name else said):
             return f"no word of it asks for {name.replace('_', ' ')} {value}"
-    shape = getattr(after, "shape", None)
-    if shape is not None and shape != getattr(before, "shape", None) and not says_shape(shape, said):
-        return f"no word of it asks for a {shape}"
-    return ""
+        if name == "y_position" and getattr(after, "shape", None) == "tower" and ON_TOP.search(said):
+            return "the top of a tower is no place on the table"
+        if name == "size" and (FIRST_OR_LAST.search(said) or _of_some(turn, before)):
+            return f"no word of it asks for a structure of size {value}"
+    return _unsaid_shape(turn, before, after)
+
+
+def _of_some(turn: Turn, part: Part) -> bool:
+    """Return whether a sentence speaks of single objects of a structure: "stretch the box"."""
+    own = set(objects_of(turn.last, part.objects)) if part.objects is not None else set(range(len(turn.said.objects)))
+    named = {index for one in turn.said.mentions for index in one.indices}
+    return bool(named) and named < own and not turn.said.parts
+
+
+def _unsaid_shape(turn: Turn, before: Part, after: Part) -> str:
+    """A shape changes only where a word asks for it that is not what the structure was called."""
+    old, shape, said = getattr(before, "shape", None), getattr(after, "shape", None), turn.said.said
+    if shape is None or shape == old:
+        return ""
+    if old == "cluster":
+        said = HEAPS.sub(" ", said)
+    if not AS_ANOTHER.search(said):
+        for first, end in sorted((one.span for one in turn.said.parts if one.numbers), reverse=True):
+            said = f"{said[:first]} {said[end:]}"
+    return "" if says_shape(shape, said) else f"no word of it asks for a {shape}"
 
 
 def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
@@ -188,6 +243,10 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
         return "what it names seems to leave, not to stay"
     if not lost & named and (JOINING.search(said) or not (LEAVING.search(said) or NEGATED.search(said))):
         return "it names none of the objects that would leave"
+    if lost & named and not lost <= named and not FEWER.search(said):
+        return "it names only some of the objects that would leave"
+    if any(len(lost & set(one.indices)) > 1 and not one.mention.plural for one in turn.said.mentions):
+        return "it is not clear which of the objects would leave"
     return ""
 
 

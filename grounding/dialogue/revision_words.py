@@ -56,12 +56,25 @@ VALUE_WORDS = {
 _OTHER_SHAPE_WORDS = {
     "line": "side_by_side one_beside one_behind one_next alongside abreast in_order line* lining flat",
     "tower": "on_top_of one_on one_upon one_above one_over upright upwards stack* pile piled piles piling",
-    "circle": "ring rings circl* round loop loops encircl* surround* around",
+    "circle": "ring rings circl* round loop loops encircl* surround*",
     "table setting": "lay laid set setting place_setting place_settings dinner table",
     "grid": "rows columns by",
     "cluster": "clust* clump* huddl* bunch* group* gather* heap together pile piled",
 }
 _AS_ANOTHER = "same swap* switch* exchang* trad* versa other_way chang*"
+AS_ANOTHER = _having(_AS_ANOTHER)
+# Words for a cluster, too.
+HEAPS = _having("heap heaps pile piles")
+# With these a size is that of an object in an order.
+FIRST_OR_LAST = _having("first last start starts begin begins end ends beginning order sort sorted")
+# Sides of the table, not of an object.
+OF_THE_TABLE = _having("table desk edge rim corner side end corners")
+BARE_SIDE = re.compile(r"\b(?:in front|behind|left|right)\b(?! of)")
+ON_TOP = re.compile(r"\bon(?: the)? top\b")
+# What sounds like a side, and is none: "close it", "right then".
+SAYS_NO_PLACE = re.compile(
+    r"\bclose (?:it|that|this|them|up|the)\b|^(?:all )?right\b(?=[ ,]+(?:then|so|now|right|that|let|well)\b|,)"
+)
 PRONOUNS_OR_ALL = _having(
     "everything everybody everyone all rest other others remaining whole lot each every any both object objects thing "
     "things item items stuff them they these those it whatever anything else"
@@ -97,6 +110,11 @@ NO_SIDE = _having(
     r"that's_right is_right fine left_over what's_left to_my back_to go_back put_back \w+n't actually sorry was were is"
 )
 AFRESH = _having("scrap skip forget scratch start_again start_over start_afresh new_plan new_idea drop")
+# A sentence with one of these takes the place of what was said before.
+INSTEAD = re.compile(
+    r"\b(?:instead|rather|i meant?|i said|in (?:its|their|his|her) (?:place|stead)|backwards?|only|just that|do it with)\b"
+    r"|^(?:no|nope|not|actually|sorry|wait)\b"
+)
 JOINING = _having(
     "too also as_well join joins belong belongs part_of with_it with_them with_those include included add added in_it "
     "in_there"

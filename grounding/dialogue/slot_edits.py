@@ -12,6 +12,7 @@ from grounding.structure_words import STRUCTURES
 _SLOTS_OF_PLACE = ("x_position", "y_position")
 _CLOCKWISE = ("north", "east", "south", "west")
 _OPPOSITE = {"left": "right", "right": "left", "top": "bottom", "bottom": "top"}
+_WITH_OPENING = ("arc", "triangle")
 _SLOT_NAMES = {"x_position": "position from left to right", "y_position": "position in depth"}
 # Value -> how it is said of a structure.
 _SAID = {
@@ -28,6 +29,11 @@ _ENDS = {
 def changed_slots(last: StructureSpec, spec: StructureSpec) -> tuple[str, ...]:
     """List the slots in which two specifications differ."""
     return tuple(slot for slot in SLOTS if getattr(last, slot) != getattr(spec, slot))
+
+
+def loses_direction(before: str | None, after: str | None) -> bool:
+    """Return whether a structure loses what faces somewhere when its shape changes: the open side, or the point."""
+    return before != after and before in _WITH_OPENING
 
 
 class Editing:
@@ -59,6 +65,9 @@ class Editing:
         lost = [slot for slot in SLOTS[1:] if getattr(self.spec, slot) is not None and slot not in legal]
         if lost:
             self.notes.append(f"a {shape} has no {' and no '.join(lost)}: dropped")
+        if loses_direction(self.spec.shape, shape) and self.spec.rotation and "rotation" not in (*lost, *values):
+            self.notes.append(f"a {shape} has nothing that faces {self.spec.rotation}: dropped")
+            lost.append("rotation")
         self.spec = replace(self.spec, shape=shape, **dict.fromkeys(lost))
         for slot, value in values.items():
             self._set(slot, value)

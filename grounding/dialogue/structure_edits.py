@@ -13,6 +13,7 @@ from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError, ha
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.revise import Revision
 from grounding.dialogue.scene_reader import GoalReader
+from grounding.dialogue.slot_edits import loses_direction
 from grounding.goals.parts import KEYS, SHAPES_OF_KEY, Order, StructurePart
 from grounding.parse_result import Question
 from grounding.references.selection import SelectionError, select_objects
@@ -132,6 +133,8 @@ def _with_another_shape(part: StructurePart, said: str) -> StructureChange | Non
     values = {"size": _SIZES[match["size"]]} if match["size"] else {}
     lost = [slot for slot in SLOTS[1:] if getattr(part, slot) is not None and slot not in SLOTS_OF_SHAPE[shape]]
     lost += [key for key in part.keys if shape not in SHAPES_OF_KEY[key]]
+    if part.rotation is not None and loses_direction(part.shape, shape) and "rotation" not in lost:
+        lost.append("rotation")
     notes = f"a {shape} has no {' and no '.join(lost)}: dropped" if lost else ""
     return StructureChange(replace(part, **(dict.fromkeys(lost) | {"shape": shape} | values)), notes)
 

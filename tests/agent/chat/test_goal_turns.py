@@ -88,7 +88,7 @@ def test_a_correction_that_may_mean_two_parts_is_a_question(talk, sent):
     assert talk("undo", "the other side", "both") == "tower of 3, 4, right; circle of 0, 1, 2, left"
     assert talk("undo", "the other side", "never mind") == "tower of 3, 4, left; circle of 0, 1, 2, right"
     assert talk.conversation.question is None
-    assert talk("the other side", "put the orange next to box 1") == "5 next to 3"
+    assert talk("the other side", "scrap that, put the orange next to box 1") == "5 next to 3"
 
 
 def test_an_object_that_is_not_clear_is_asked_for(talk, sent):
@@ -115,7 +115,7 @@ def test_one_structure_becomes_several_parts_and_one_again(talk, sent):
 
 def test_a_question_in_form_can_be_an_instruction(talk):
     assert talk("can you put the orange next to box 1?") == "5 next to 3"
-    assert talk("could you swap cup 1 and cup 2?") == "0, 1 swapped"
+    assert talk("could you swap cup 1 and cup 2?") == "5 next to 3; 0, 1 swapped"
     assert talk("would you move the orange 10 cm to the left?") == "5 moved left by 10 cm"
 
 

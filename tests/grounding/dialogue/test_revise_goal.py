@@ -61,6 +61,9 @@ def say(parser, encoder):
         (TWO, "the other side", "ask"),
         (TWO, "swap sides", with_(with_(TWO, 0, x_position="right"), 1, x_position="left")),
         (ROW, "put the bowl on the other side", with_(ROW, 1, relation="right of")),
+        (ROW, "bowl in front then", with_(ROW, 1, relation="in front of")),
+        (ROW, "the bowl at the front edge of the table", [ROW[0], relation("at", [4], y_position="bottom")]),
+        (TWO, "lose the blue cup from the circle", with_(TWO, 1, objects=[0, 2])),
         (ROW, "make the line longer", with_(ROW, 0, size="large")),
         (GAPS, "5 cm more", with_(GAPS, 0, gap=0.10)),
         (MOVED, "5 cm more", with_(MOVED, 0, distance=0.15)),
@@ -182,7 +185,10 @@ def test_corrections(say, last, text, then):
             "spread them out evenly along the front edge",
             [structure("line", [0, 1, 2], size="large", along="near")],
         ),
-        (TWO, "make a triangle out of the cups", [TWO[0], structure("triangle", [0, 1, 2])]),
+        (TWO, "make a triangle out of the cups", [TWO[0], structure("triangle", [0, 1, 2], x_position="right")]),
+        (TWO, "cups left, cans right", [TWO[0] | {"x_position": "right"}, TWO[1] | {"x_position": "left"}]),
+        (CORNERS, "no wait: bowl on the right, plate on the left",
+         [relation("at", [4], x_position="right"), relation("at", [3], x_position="left")]),
         (TWO, "and put the bowl in front of the tower", [*TWO, relation("in front of", [4], {"part": 0})]),
         (FRUIT, "then put the small can behind it", [*FRUIT, relation("behind", [7], [3])]),
     ],
@@ -195,7 +201,7 @@ def test_additions(say, last, text, then):
 
 @pytest.mark.parametrize(
     "text",
-    ["bigger", "now a circle", "the other side", "add the bowl", "without the blue cup", "put the plate, the bowl and the apple in a circle",
+    ["bigger", "now a circle", "the other side", "add the bowl", "without the blue cup", "put the cups in a circle",
      "make it purple", "the same with the cans", "turn it by 90 degrees", "asdf qwer"],
 )  # fmt: skip
 def test_one_plain_structure_is_revised_as_before(say, parser, encoder, text):
@@ -205,16 +211,47 @@ def test_one_plain_structure_is_revised_as_before(say, parser, encoder, text):
     assert (revision.status, revision.goal) == (revision.plain.status, goal(LINE))
 
 
-def test_a_new_instruction_replaces_the_goal_and_says_so(say):
-    revision = say(TWO, "put the banana next to the plate")
+@pytest.mark.parametrize(
+    ("last", "text", "more"),
+    [
+        (TWO, "put the banana next to the plate", [relation("next to", [5], [3])]),
+        (LINE, "put the plate, the bowl and the apple in a circle", [structure("circle", [3, 4, 8])]),
+        (LINE, "stack the cans on the left, we'll need those later", [structure("tower", [6, 7], x_position="left")]),
+        (CORNERS, "while you're at it, the apple goes behind the banana", [relation("behind", [8], [5])]),
+    ],
+)
+def test_an_instruction_about_other_objects_adds_to_a_goal_that_is_still_to_be_built(say, last, text, more):
+    revision = say(last, text)
+    assert revision.kind == "add" and compare_goals(revision.goal, goal([*last, *more])).exact, str(revision.goal)
+    assert "this adds to part 1 (" in revision.message
+
+
+@pytest.mark.parametrize("state", [{"built": True}, {"declined": True}])
+def test_an_instruction_about_other_objects_takes_the_place_of_a_goal_that_was_built_or_declined(say, state):
+    revision = say(TWO, "put the banana next to the plate", **state)
     assert revision.kind == "new" and compare_goals(revision.goal, goal([relation("next to", [5], [3])])).exact
-    assert "this takes the place of part 1 (tower of" in revision.message
+    assert ("this takes the place of part 1 (tower of" in revision.message) == ("declined" in state)
 
 
-def test_a_new_instruction_for_the_objects_of_a_part_takes_the_place_of_that_part(say):
+@pytest.mark.parametrize(
+    ("last", "text", "then"),
+    [
+        (TWO, "scrap that, put the banana next to the plate", [relation("next to", [5], [3])]),
+        (LINE, "No, start over: the banana next to the plate", [relation("next to", [5], [3])]),
+        (TWO, "forget all of it. a line of the cups", [structure("line", [0, 1, 2])]),
+        (FRUIT[:1], "no, the blue cup goes left of the banana", [relation("left of", [1], [5])]),
+        (TWO, "put the cups and the cans in a line", [structure("line", [0, 1, 2, 6, 7])]),
+    ],
+)
+def test_an_instruction_may_take_the_place_of_the_goal(say, last, text, then):
+    revision = say(last, text)
+    assert revision.status == "ok" and compare_goals(revision.goal, goal(then)).exact, str(revision.goal)
+
+
+def test_a_new_instruction_for_the_objects_of_a_part_takes_the_place_of_that_part_where_it_is(say):
     revision = say(TWO, "put the cups in a line")
     assert revision.kind == "edit" and revision.changed == (1,)
-    assert compare_goals(revision.goal, goal([TWO[0], structure("line", [0, 1, 2])])).exact
+    assert compare_goals(revision.goal, goal([TWO[0], structure("line", [0, 1, 2], x_position="right")])).exact
 
 
 def test_a_question_lists_the_parts_and_each_answer_leads_to_a_goal(say):
