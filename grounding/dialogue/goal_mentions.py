@@ -56,6 +56,7 @@ _PLACED = re.compile(
     r"\bthe (?:(?:one|ones|part|structure) (?:(?:that (?:is|are) )?(?:on|at|in) the )?(?P<side>left|right)"
     r"|(?P<before>left|right)(?: hand)? (?:one|part|structure))\b"
 )
+_COLORED = re.compile(r"\b(?P<color>[a-z]{3,})s\b")
 # Before words for a part: then something is placed by it, and it stays as it is.
 _BY_IT = re.compile(
     r"\b(?:left of|right of|side of|end of|front of|top of|back of|behind|next to|beside|between|near|close to|from"
@@ -104,7 +105,7 @@ class GoalText:
         encoder: finds what unknown nouns mean.
 
     Attributes:
-        said: the sentence in small letters with single spaces, without the point at its end.
+        said: the sentence in small letters with single spaces, without the point at its end, "reds" as "red ones".
         goal, encoder: as given.
         objects, names: of the scene.
     """
@@ -113,14 +114,25 @@ class GoalText:
         self, text: str, goal: Goal, objects: Sequence[SceneObject | str | None], encoder: SentenceEncoder | None = None
     ) -> None:
         plain = re.sub(r"[’`´]", "'", text.lower())
-        self.said = " ".join(re.sub(r"[^\w\s',.()%½¼¾\"-]", " ", plain).split()).strip(" .,")
+        said = " ".join(re.sub(r"[^\w\s',.()%½¼¾\"-]", " ", plain).split()).strip(" .,")
         self.goal, self.encoder = goal, encoder
         self.objects = [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
         self.names = [each.name for each in self.objects]
+        self.said = self._with_nouns(said)
 
     def part_of(self, said: str) -> GoalText:
         """Return a piece of the sentence, about the same goal."""
         return GoalText(said, self.goal, self.objects, self.encoder)
+
+    def _with_nouns(self, said: str) -> str:
+        """Return "the reds" as "the red ones", where no object is called so."""
+        kinds = {self.kind(index) for index in range(len(self.names))}
+
+        def written_out(match: re.Match[str]) -> str:
+            color = match["color"]
+            return match.group() if not is_color(color) or color in kinds else f"{color} ones"
+
+        return _COLORED.sub(written_out, said)
 
     @cached_property
     def _candidates(self) -> Candidates:

@@ -6,7 +6,8 @@ import re
 
 _INTERJECTION = re.compile(
     r"^(?:(?:oh|ah|aha|um+|uhm?|er+m?|hm+|oops|whoops|hey|yeah|all right|alright|great|nice|cool|perfect|thanks"
-    r"|thank you)\b"
+    r"|thank you|cheers|lovely|on (?:second|further) thoughts?|on reflection|you know what|(?:now that i |come to )think"
+    r" (?:of|about) it|thinking about it|(?:good|fine|nice one|super|brilliant)(?=[,.!]))\b"
     r"(?: no\b(?= problem))?[ ,.!…-]*)+(?=\S)",
     re.IGNORECASE,
 )

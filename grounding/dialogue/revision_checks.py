@@ -30,6 +30,8 @@ from grounding.dialogue.revision_words import (
     SAYS_NO_PLACE,
     SIDES,
     SIZE_WORDS,
+    SUPERLATIVE,
+    THAT_PLACE,
     VALUE_WORDS,
     says_shape,
 )
@@ -53,7 +55,9 @@ def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
         return reason
     if reason := _contradicted(turn, goal):
         return reason
-    if reason := _unused_side(turn, goal):
+    if reason := _unused_side(turn, goal) or _unclear_loss(turn, goal):
+        return reason
+    if kind in ("new", "add") and (reason := _of_the_goal(turn, goal)):
         return reason
     if kind == "new":
         return _half_new(turn, goal)
@@ -97,7 +101,7 @@ def _contradicted(turn: Turn, goal: Goal) -> str:
     if not turn.built and any(_exchanges_named(turn.last, part) for part in new):
         return "its objects have a part each in the goal"
     for part in new:
-        if isinstance(part, RelationPart) and part.relation in DIRECTIONAL and _other_way_round(goal, part):
+        if isinstance(part, RelationPart) and part.relation in (*DIRECTIONAL, "next to") and _other_way_round(goal, part):
             return "two objects would each be at the same side of the other"
     for part in goal.structures:
         if part.along is not None and part in new and _against(part):
@@ -141,6 +145,22 @@ def _unused_side(turn: Turn, goal: Goal) -> str:
     for side, shown in SIDES.items():
         if re.search(rf"\b(?:{side})\b", said) and values and not re.search(shown, values):
             return f"{side.split('|')[0]!r} would be left out"
+    return ""
+
+
+def _of_the_goal(turn: Turn, goal: Goal) -> str:
+    """A fragment can speak of the goal's own order, of its places, and of objects in it."""
+    said, new = turn.said.said, [part for part in goal.parts if part not in turn.last.parts]
+    if THAT_PLACE.search(said):
+        return "it is not clear which place is meant"
+    orders = any(VERBS.get(word, "leave") != "leave" for word in said.split())
+    at = any(isinstance(part, RelationPart) and part.relation == "at" for part in new)
+    if at and not orders and SUPERLATIVE.search(said) and any(part.order is not None for part in turn.last.structures):
+        return "it may be about the order"
+    inside = {one for part in turn.last.structures for one in objects_of(turn.last, part.objects)}
+    exchanged = [set(_both(part)) for part in new if isinstance(part, RelationPart) and part.relation == "swapped"]
+    if not turn.built and any(ends & inside and not ends <= inside for ends in exchanged):
+        return "it is not clear whether one of them takes the other's part in the goal"
     return ""
 
 
@@ -245,6 +265,12 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
         return "it names none of the objects that would leave"
     if lost & named and not lost <= named and not FEWER.search(said):
         return "it names only some of the objects that would leave"
+    return ""
+
+
+def _unclear_loss(turn: Turn, goal: Goal) -> str:
+    """A phrase for one object takes no more than one out of the goal."""
+    lost = set(turn.last.named_objects()) - set(goal.named_objects())
     if any(len(lost & set(one.indices)) > 1 and not one.mention.plural for one in turn.said.mentions):
         return "it is not clear which of the objects would leave"
     return ""

@@ -67,6 +67,9 @@ AS_ANOTHER = _having(_AS_ANOTHER)
 HEAPS = _having("heap heaps pile piles")
 # With these a size is that of an object in an order.
 FIRST_OR_LAST = _having("first last start starts begin begins end ends beginning order sort sorted")
+# Of one of several objects: in a goal with an order it may speak of that.
+SUPERLATIVE = re.compile(r"\b(?:\w{3,}est|first|last)\b(?! (?:to|for))")
+THAT_PLACE = re.compile(r"\b(?:that|same|this|its|their|whose) (?:spot|place|position|corner|side|end)\b")
 # Sides of the table, not of an object.
 OF_THE_TABLE = _having("table desk edge rim corner side end corners")
 BARE_SIDE = re.compile(r"\b(?:in front|behind|left|right)\b(?! of)")
@@ -80,8 +83,8 @@ PRONOUNS_OR_ALL = _having(
     "things item items stuff them they these those it whatever anything else"
 )
 EVERYTHING = _having(
-    "everything everybody everyone all rest (?<!each_)other (?<!each_)others remaining whole every any anything "
-    "anywhere object objects thing things item items stuff whatever lot"
+    "everything everybody everyone all rest the_other_ones the_other_objects the_other_things (?<!each_)others remaining "
+    "whole every any anything object objects thing things item items the_stuff the_lot the_whole_lot"
 )
 # What some of the objects are said to do alone, or not.
 FEWER = _having("only just out without minus except nothing_but")

@@ -116,7 +116,7 @@ def test_one_structure_becomes_several_parts_and_one_again(talk, sent):
 def test_a_question_in_form_can_be_an_instruction(talk):
     assert talk("can you put the orange next to box 1?") == "5 next to 3"
     assert talk("could you swap cup 1 and cup 2?") == "5 next to 3; 0, 1 swapped"
-    assert talk("would you move the orange 10 cm to the left?") == "5 moved left by 10 cm"
+    assert talk("would you move the orange 10 cm to the left?") == "5 moved left by 10 cm; 0, 1 swapped"
 
 
 def test_refusals_change_nothing(talk, sent):

@@ -52,6 +52,9 @@ def say(parser, encoder):
         ((BY_HEIGHT,), "same order, but starting from the right",
          "line of 0, 6, 7, order by height descending from right"),
         ((LISTED,), "from the right, same order", "line of 3, 4, 5, order by listed from right"),
+        ((LINE, TOWER), "On second thoughts, use the bowl instead of the green cup", "line of 0, 1, 4; tower of 6, 7"),
+        ((TOWER, ARC), "cans left, cups right", "tower of 6, 7, left; arc of 0, 1, 2, right, facing south"),
+        ((TOWER,), "reds in the tower too", "tower of 6, 7, 0"),
     ],
 )  # fmt: skip
 def test_what_is_said_is_changed(say, parts, text, then):
@@ -73,6 +76,18 @@ def test_what_is_said_is_changed(say, parts, text, then):
         ((BY_HEIGHT,), "biggest left"),  # no large line
         ((BESIDE, AFTER), "the bowl right of the plate as well"),  # it has one place
         ((LINE, TOWER), "a cup out, the banana in"),  # which of the three
+        ((LISTED,), "the apple comes after the banana"),  # the others stay
+        ((LISTED,), "let the apple stand in for the banana, it's riper"),
+        ((LINE, TOWER), "without the can"),  # not both
+        ((NEAR,), "it should be on the left, thanks"),  # of the table, or along another edge
+        ((StructurePart("cluster", objects=(0, 1, 2)),), "keep that heap small"),  # no tower
+        ((TOWER, ARC), "turn that arc around so that it opens away from me"),  # no circle
+        ((TOWER,), "the apple on top"),  # not at the back of the table
+        ((StructurePart("line", objects=(0, 6, 7), y_position="top"),), "no, not the back, the left side I mean"),
+        ((TOWER, RelationPart("behind", PartReference(0), (4,))), "tower in front"),  # of the bowl, or of the table
+        ((BY_HEIGHT,), "shortest right"),  # the order, not a place of the shortest thing
+        ((BESIDE,), "the apple goes in that spot"),
+        ((LINE, BESIDE), "swap the red cup and the apple"),  # instead of it, or both exchange places
         ((StructurePart("line", objects=(3, 4)), BESIDE), "the can should join the line"),  # which of the two
     ],
 )
