@@ -82,6 +82,9 @@ def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
             if not targets or piece.left_over(_spans(piece), _FILLERS):
                 return None
             kept |= set(targets)
+            if piece.parts and any(said.indices for said in piece.mentions) and (within := _parts_left(piece)):
+                goal, any_drop = _restricted(piece, goal, within), True  # "only the red cups in the line"
+                continue
             if keep["only"] or keep["also"]:
                 goal = _restricted(piece, goal, targets)
             if keep["only"] or keep["also"] or _ONLY_BEHIND.search(clause):
@@ -97,7 +100,7 @@ def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
 def _restricted(text: GoalText, goal: Goal, targets: Collection[int]) -> Goal:
     """Return a goal in which parts have only those of their objects that a sentence names: "only the red one"."""
     meant = {index for said in text.mentions for index in said.indices}
-    for number in targets if meant and not text.parts else ():
+    for number in targets if meant and (not text.parts or _parts_left(text)) else ():
         own = objects_of(goal, goal.parts[number].objects)
         some = tuple(index for index in own if index in meant)
         if some and len(some) < len(own):

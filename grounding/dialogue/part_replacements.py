@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 from grounding.dialogue.goal_changes import added, exchanged, numbered, objects_of, with_part, without_parts
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
 from grounding.dialogue.relation_edits import FILLERS
-from grounding.dialogue.revision_words import OF_THE_TABLE
+from grounding.dialogue.revision_words import AFRESH, OF_THE_TABLE
 from grounding.dialogue.scene_reader import SpokenReading
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, GoalError, Part, PartReference, RelationPart, StructurePart
@@ -27,7 +27,11 @@ def replaced(turn: Turn, read: SpokenReading) -> GoalRevision | None:
     goal, changed = turn.last, []
     for part in read.goal.parts:
         own = set(objects_of(read.goal, part.objects))
-        same = [n for n, other in enumerate(turn.last.parts) if set(objects_of(turn.last, other.objects)) == own]
+        same = [
+            n for n, other in enumerate(turn.last.parts)
+            if set(objects_of(turn.last, other.objects)) == own
+            and not (isinstance(part, StructurePart) and isinstance(other.objects, PartReference))
+        ]  # fmt: skip
         if len(same) != 1 or any(isinstance(each, PartReference) for each in _ends(part)):
             return None
         old = turn.last.parts[same[0]]
@@ -51,6 +55,35 @@ def _at_its_place(part: Part, old: Part) -> Part:
     if part.x_position or part.y_position:
         return part
     return replace(part, x_position=old.x_position, y_position=old.y_position)
+
+
+def others_kept(turn: Turn, read: SpokenReading) -> GoalRevision | None:
+    """Put an instruction in the place of the parts that move some of its objects; the other parts stay.
+
+    Args:
+        turn: the sentence and the goal.
+        read: the sentence read as a whole instruction.
+
+    Returns:
+        `None` where the goal is not to be built any more, or where all of it or nothing of it is about these objects.
+    """
+    everything = any(part.objects is None for goal in (read.goal, turn.last) for part in goal.structures)
+    if not turn.open or everything or AFRESH.search(turn.said.said):
+        return None
+    new = {one for part in read.goal.parts for one in objects_of(read.goal, part.objects)}
+    same = [n for n, part in enumerate(turn.last.parts) if new & set(objects_of(turn.last, part.objects))]
+    fewer, gone = without_parts(turn.last, same)
+    if not same or not fewer.parts:
+        return None
+    try:
+        goal = added(fewer, read.goal)
+    except GoalError:
+        return None
+    replaced_parts = "; ".join(numbered(turn.last, number, turn.said.names) for number in gone)
+    note = f"this takes the place of {replaced_parts}; “scrap that, …” takes the place of all"
+    numbers = tuple(range(len(fewer.parts), len(goal.parts)))
+    message = "; ".join(filter(None, (read.message, note)))
+    return GoalRevision(goal, "ok", "new", message, numbers, tuple(gone), read=read)
 
 
 def _beside(part: Part, old: Part, said: str) -> Part | None:

@@ -19,7 +19,7 @@ from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged,
 from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
 from grounding.dialogue.part_lengths import CannotApplyError
-from grounding.dialogue.part_replacements import replaced, which_is_replaced, which_object_goes
+from grounding.dialogue.part_replacements import others_kept, replaced, which_is_replaced, which_object_goes
 from grounding.dialogue.part_swaps import SWAP
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
@@ -258,9 +258,10 @@ def _revision(turn: Turn) -> GoalRevision:
             return instead
         if _REPLACING.search(turn.said.said):
             return which_is_replaced(turn, read)
-        if turn.said.mentions and not _orders(turn) and all(one.mention.noun == ANY for one in turn.said.mentions):
+        unnamed = turn.said.mentions and all(one.mention.noun == ANY for one in turn.said.mentions)
+        if unnamed and not _orders(turn) and not any(part.objects for part in read.goal.structures):
             return edit or _refused(turn, None)  # "with the tallest on the right" is no goal of its own
-        return said_besides(turn, read) or anew(turn, read)
+        return said_besides(turn, read) or others_kept(turn, read) or anew(turn, read)
     if read.status == "ask" and read.question is not None and not corrects:
         return new_goal(turn.last, read, turn.text)
     edit = edit or edited(turn)

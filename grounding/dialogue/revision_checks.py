@@ -73,7 +73,8 @@ def _changed(last: Goal, goal: Goal) -> Iterator[tuple[Part, Part]]:
     """Yield the parts that a correction changed, before and after it."""
     if len(last.parts) == len(goal.parts):
         for before, after in zip(last.parts, goal.parts, strict=True):
-            if before != after and type(before) is type(after):
+            kept = before in goal.parts or after in last.parts  # at another place
+            if before != after and type(before) is type(after) and not kept:
                 yield before, after
 
 
@@ -100,6 +101,10 @@ def _contradicted(turn: Turn, goal: Goal) -> str:
             return "an object would have two places"
     if not turn.built and any(_exchanges_named(turn.last, part) for part in new):
         return "its objects have a part each in the goal"
+    inside = {one for part in turn.last.structures for one in objects_of(turn.last, part.objects)}
+    exchanged = [set(_both(part)) for part in new if isinstance(part, RelationPart) and part.relation == "swapped"]
+    if not turn.built and any(ends & inside and not ends <= inside for ends in exchanged):
+        return "it is not clear whether one of them takes the other's part in the goal"
     for part in new:
         if isinstance(part, RelationPart) and part.relation in (*DIRECTIONAL, "next to") and _other_way_round(goal, part):
             return "two objects would each be at the same side of the other"
@@ -157,10 +162,6 @@ def _of_the_goal(turn: Turn, goal: Goal) -> str:
     at = any(isinstance(part, RelationPart) and part.relation == "at" for part in new)
     if at and not orders and SUPERLATIVE.search(said) and any(part.order is not None for part in turn.last.structures):
         return "it may be about the order"
-    inside = {one for part in turn.last.structures for one in objects_of(turn.last, part.objects)}
-    exchanged = [set(_both(part)) for part in new if isinstance(part, RelationPart) and part.relation == "swapped"]
-    if not turn.built and any(ends & inside and not ends <= inside for ends in exchanged):
-        return "it is not clear whether one of them takes the other's part in the goal"
     return ""
 
 
@@ -271,7 +272,8 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
 def _unclear_loss(turn: Turn, goal: Goal) -> str:
     """A phrase for one object takes no more than one out of the goal."""
     lost = set(turn.last.named_objects()) - set(goal.named_objects())
-    if any(len(lost & set(one.indices)) > 1 and not one.mention.plural for one in turn.said.mentions):
+    singular = [set(one.indices) for one in turn.said.mentions if not one.mention.plural]
+    if not turn.said.parts and any(len(lost & each) > 1 for each in singular):
         return "it is not clear which of the objects would leave"
     return ""
 
