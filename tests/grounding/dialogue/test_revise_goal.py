@@ -253,8 +253,8 @@ def test_an_instruction_takes_the_place_of_the_parts_about_its_objects_alone(say
     revision = say(parts, "put the tall can next to the plate")
     assert compare_goals(revision.goal, goal([TWO[1], relation("behind", [4], {"part": 0}), relation("next to", [6], [3])])).exact
     assert "this takes the place of part 1 (tower of" in revision.message and revision.dropped == (0,)
-    revision = say(parts, "put the cups in a square")
-    assert compare_goals(revision.goal, goal([TWO[0], structure("square", [0, 1, 2], x_position="right"), parts[2]])).exact
+    revision = say(parts, "put the cups in a line")
+    assert compare_goals(revision.goal, goal([TWO[0], structure("line", [0, 1, 2], x_position="right"), parts[2]])).exact
 
 
 def test_a_new_instruction_for_the_objects_of_a_part_takes_the_place_of_that_part_where_it_is(say):
