@@ -38,6 +38,7 @@ _UNTOUCHED = re.compile(rf"^{_POLITE}(?:do not|don't|never) (?:touch|move|use|ta
 _KEEP = re.compile(rf"^{_POLITE}(?:(?P<only>only|just|nothing but)|(?:but )?(?:keep|leave)(?P<also> only| just)?)\b")
 _ONLY_BEHIND = re.compile(r"\b(?:only|alone|nothing else)$")
 _LEFT_BY_OBJECTS = re.compile(r"\b(?:from|out of|off|in|of) $")  # before the words for a part
+_RELATED = re.compile(r"\b(?:on|in|into|onto|inside|behind|front|left|right|next|beside|between|not)\b")
 _MORE_THAN_DROPS = re.compile(r"\b(?:with|instead|add|plus|but)\b")
 _FILLERS = FILLERS | frozenset(
     "drop remove delete forget about lose ditch cancel skip scrap scratch nix undo without never mind nevermind no more "
@@ -79,7 +80,8 @@ def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
             any_drop = True
         elif keep is not None:
             targets = piece.targets()
-            if not targets or piece.left_over(_spans(piece), _FILLERS):
+            related = len(piece.mentions) > 1 and _RELATED.search(clause)  # "only the red cup on the plate"
+            if not targets or related or piece.left_over(_spans(piece), _FILLERS):
                 return None
             kept |= set(targets)
             if piece.parts and any(said.indices for said in piece.mentions) and (within := _parts_left(piece)):

@@ -19,6 +19,7 @@ from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged,
 from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
 from grounding.dialogue.part_lengths import CannotApplyError
+from grounding.dialogue.part_relations import parts_related
 from grounding.dialogue.part_replacements import others_kept, replaced, which_is_replaced, which_object_goes
 from grounding.dialogue.part_swaps import SWAP
 from grounding.dialogue.relative_edits import normalized, relative_edits
@@ -114,8 +115,9 @@ def _by_rules(turn: Turn) -> GoalRevision:
     last, text = turn.last, turn.text
     if last.parts and (afresh := _START_AFRESH.fullmatch(text.strip())) is not None:
         return anew(turn, turn.reader.read(afresh["rest"]), afresh["rest"])
-    if last.parts and len(text) <= _LONGEST_CORRECTION and (other := objects_exchanged(turn)) is not None:
-        return other
+    if last.parts and len(text) <= _LONGEST_CORRECTION:
+        if (other := objects_exchanged(turn) or parts_related(turn)) is not None:
+            return other
     spec = last.plain_spec if last.parts else StructureSpec()
     if spec is not None:
         return _of_plain(turn, spec)

@@ -445,7 +445,7 @@ class Composer:
 
     def _without(self, objects: Any, others: tuple[Any, ...]) -> Any:
         """Leave out what a structure is laid around, or stands by: "the blocks in a square around the orange block"."""
-        if not isinstance(objects, tuple) or isinstance(objects[0], str):
+        if not isinstance(objects, tuple) or not objects or isinstance(objects[0], str):
             return objects
         out = {one for other in others if isinstance(other, tuple) for one in other}
         left = tuple(one for one in objects if one not in out)

@@ -61,6 +61,8 @@ def say(parser, encoder):
         (TWO, "the other side", "ask"),
         (TWO, "swap sides", with_(with_(TWO, 0, x_position="right"), 1, x_position="left")),
         (ROW, "put the bowl on the other side", with_(ROW, 1, relation="right of")),
+        (TWO, "put the tower behind the circle", [*TWO, relation("behind", {"part": 0}, {"part": 1})]),
+        (TWO, "the circle should be to the left of the tower", [*TWO, relation("left of", {"part": 1}, {"part": 0})]),
         (ROW, "bowl in front then", with_(ROW, 1, relation="in front of")),
         (ROW, "the bowl at the front edge of the table", [ROW[0], relation("at", [4], y_position="bottom")]),
         (TWO, "lose the blue cup from the circle", with_(TWO, 1, objects=[0, 2])),

@@ -79,6 +79,8 @@ def test_what_is_said_is_changed(say, parts, text, then):
         ((LISTED,), "the apple comes after the banana"),  # the others stay
         ((LISTED,), "let the apple stand in for the banana, it's riper"),
         ((LINE, TOWER), "without the can"),  # not both
+        ((LINE, RelationPart("on", (8, 5), (3,))), "only the apple on the plate, not both"),  # the line stays
+        ((StructurePart("line"),), "leave the apple where it stands, row without it"),
         ((NEAR,), "it should be on the left, thanks"),  # of the table, or along another edge
         ((StructurePart("cluster", objects=(0, 1, 2)),), "keep that heap small"),  # no tower
         ((TOWER, ARC), "turn that arc around so that it opens away from me"),  # no circle
