@@ -18,12 +18,12 @@ from agent.perception.masks import Masks
 
 GEOMETRY, NETWORK, BOTH = "geometry", "network", "both"
 METHODS = (GEOMETRY, NETWORK, BOTH)
-DEFAULT = GEOMETRY
+DEFAULT = BOTH
 _NEAR = 0.02  # m to the next voxel that the network sees an object at
 _LEAST = 80  # voxels of each object that another is divided into
 _LEAST_SHARE = 0.05  # of that one's voxels
 _NARROWEST = 0.015  # m: what is neither wider nor higher is the edge of something
-_CERTAIN_TO_DIVIDE, _CERTAIN_TO_JOIN = 0.85, 0.8  # masks
+_CERTAIN_TO_DIVIDE, _CERTAIN_TO_JOIN = 0.9, 0.8  # masks; chosen on scenes of validation objects
 _SEPARATION = 0.85  # times the sum of the spreads: the centres of two objects are farther apart
 _WITHIN = 0.5  # of a mask lies in the object that it divides
 _COVERED = 0.75  # of every object that a mask joins

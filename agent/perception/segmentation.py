@@ -63,7 +63,7 @@ def segment(recording: Recording, method: str = DEFAULT) -> Segments:
         tint = Tint(colors, contrast(colors, flat, pixels, shape))
     eye, arbiter = plane.level_from_camera[:3, 3], None
     if method != GEOMETRY and frame.organised:
-        # Geometry alone, the default, needs no network.
+        # Geometry alone needs no network.
         from agent.perception.network_masks import Sight, network_masks, pixel_pitch
         from agent.segmentation_network.network import shipped_network
 

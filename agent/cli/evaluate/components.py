@@ -67,7 +67,7 @@ def segmentation(
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of synthetic tables of each class.")] = 10,
     method: Annotated[
         Method, typer.Option(help="What tells objects apart: geometry, the network, or geometry that asks the network.")
-    ] = Method.geometry,
+    ] = Method.both,
     seed: SeedOption = 0,
     workers: ProcessesOption = _CORES,
     out: ReportOption = None,

@@ -56,10 +56,10 @@ class EfficientNetLite:
     def logits(self, picture: np.ndarray) -> np.ndarray:
         """Return the scores (1000,) of ImageNet's classes for one picture (224, 224, 3), RGB in [0, 255]."""
         values = (picture.astype(np.float32) - _CENTRE) / _SCALE
-        values = _relu6(_patches(values) @ self._stem.weights + self._stem.bias)
+        values = _relu6(_at_each_pixel(_patches(values), self._stem))
         for block in self._blocks:
             values = _through(block, values)
-        features = _relu6(values @ self._head.weights + self._head.bias).mean(axis=(0, 1))
+        features = _relu6(_at_each_pixel(values, self._head)).mean(axis=(0, 1))
         return features @ self._classes.weights + self._classes.bias
 
 
@@ -90,10 +90,21 @@ def _through(block: _Block, values: np.ndarray) -> np.ndarray:
     """Return (H', W', K) of one block for (H, W, C)."""
     inner = values
     if block.expand is not None:
-        inner = _relu6(values @ block.expand.weights + block.expand.bias)
+        inner = _relu6(_at_each_pixel(values, block.expand))
     inner = _relu6(_depthwise(inner, block.depthwise, block.stride))
-    inner = inner @ block.project.weights + block.project.bias
+    inner = _at_each_pixel(inner, block.project)
     return inner + values if inner.shape == values.shape and block.stride == 1 else inner
+
+
+def _at_each_pixel(values: np.ndarray, convolution: _Convolution) -> np.ndarray:
+    """Return the 1x1 convolution (H, W, K) of values (H, W, C), as one product of matrices.
+
+    A product for each row of pixels takes ten times as long on a machine whose cores are busy.
+    """
+    height, width, channels = values.shape
+    product = values.reshape(-1, channels) @ convolution.weights
+    product += convolution.bias
+    return product.reshape(height, width, -1)
 
 
 def _relu6(values: np.ndarray) -> np.ndarray:
