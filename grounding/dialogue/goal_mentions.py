@@ -39,6 +39,12 @@ _NUMBERED = re.compile(
     rf"\(?\bparts? (?P<counts>(?:number )?(?:\d+|{_COUNT})(?:(?:,| and|, and) (?:\d+|{_COUNT}))*)\b\)?"
 )
 _ORDINAL = re.compile(rf"\b(?:the |that )?(?P<count>{_COUNT}|last) (?:part|one|structure|thing|goal)\b(?! of)")
+# "The second at the back": without a noun.
+_ORDINAL_ALONE = re.compile(
+    r"^(?:(?:and|but|no|now|please|only|just|keep|drop|forget|remove|make|put|move)[ ,]+)*"
+    r"the (?P<count>first|second|third|fourth|fifth|last)(?= (?:at|on|to) (?:the|my)\b| please$|$)"
+)
+_FORMER_OR_LATTER = re.compile(r"\bthe (?P<count>former|latter)\b")
 _SHAPE_NOUN = "|".join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))
 _ORDINAL_SHAPE = re.compile(
     rf"\b(?:the |that )?(?P<count>first|second|third|fourth|fifth|last) (?P<noun>{_SHAPE_NOUN})\b"
@@ -181,8 +187,11 @@ class GoalText:
         for match in _ALL.finditer(self.said):
             note(match, range(count))
         if count > 1:
-            for match in _ORDINAL.finditer(self.said):
-                note(match, [count - 1 if match["count"] == "last" else _COUNTS[match["count"]]])
+            ends = {"last": count - 1} | ({"former": 0, "latter": 1} if count == 2 else {})
+            for pattern in (_ORDINAL, _ORDINAL_ALONE, _FORMER_OR_LATTER):
+                for match in pattern.finditer(self.said):
+                    place = ends.get(match["count"], _COUNTS.get(match["count"], -1))
+                    note(match, [place])
             for match in _PLACED.finditer(self.said):
                 side = match["side"] or match["before"]
                 note(match, [n for n, part in enumerate(self.goal.parts) if getattr(part, "x_position", "") == side])

@@ -15,6 +15,7 @@ _REWORDED = tuple(
     (re.compile(pattern, re.IGNORECASE), said)
     for pattern, said in (
         (r"^nah\b", "no"),
+        (r"^(?:(?:it's|that's) )?(?:the )?wrong way (?:a)?round[,.;!]+ (?=\S)", ""),
         (r"^(?!i mean)(?P<what>.+?),? i mean(?:t)?$", r"i meant \g<what>"),
         (r",? leave (?:that|it|those|them)(?: alone| there| be)?$", ""),
         (r"^plus(?=,? (?:the|a|an|my|your|that|this|those|these)\b)", "and"),

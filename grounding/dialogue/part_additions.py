@@ -17,7 +17,7 @@ from grounding.parse_result import Question
 from grounding.spec import SLOTS, SpecError
 
 _ADDING = re.compile(
-    r"^(?:(?:ok|okay|good|great|nice|fine|now|so|well|please|thanks|yes)[ ,]+)*"
+    r"^(?:(?:ok|okay|good|great|nice|fine|now|so|well|please|thanks|yes|but|(?:would|could|can|will) you)[ ,]+)*"
     r"(?:and(?: then| also| after that| now)?|then(?: also)?|also|additionally|next|after (?:that|this)|afterwards?"
     r"|plus|besides"
     r"(?: that)?|furthermore|moreover|on top of that|in addition|as well as that|when (?:that|this) is done"

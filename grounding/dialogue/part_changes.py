@@ -8,14 +8,14 @@ from contextlib import suppress
 from dataclasses import replace
 
 from grounding.dialogue.goal_changes import listed, numbered, with_part
-from grounding.dialogue.goal_mentions import GoalText
+from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
 from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError
 from grounding.dialogue.part_swaps import swapped
 from grounding.dialogue.relation_edits import relation_change
 from grounding.dialogue.structure_edits import structure_change
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError, RelationPart
+from grounding.goals.parts import GoalError, RelationPart, StructurePart
 from grounding.parse_result import OPEN, Question
 from grounding.spec import SpecError
 
@@ -25,6 +25,7 @@ _MARKERS = re.compile(
     r"|i said)\b[ ,]*)+"
     r"|[ ,]+(?:instead|please|now|rather|then|after all)$"
 )
+_SHAPES = re.compile(rf"(?<!\d )\b(?P<noun>{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})s\b")
 
 
 def edited(turn: Turn) -> GoalRevision | None:
@@ -65,7 +66,8 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
             turn.last, "refused", message=f"the goal has no {words!r}; it is: {listed(turn.last, said.names)}"
         )
     targets = said.targets()
-    numbers = targets if targets is not None else tuple(range(len(turn.last.parts)))
+    several = _of_shapes_in_plural(said) if targets is None else ()
+    numbers = several or (targets if targets is not None else tuple(range(len(turn.last.parts))))
     applied, asked, reasons, failed, already = [], [], [], [], []
     for number in numbers:
         try:
@@ -81,7 +83,7 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
             (asked if change[2] is not None else applied).append((number, *change))
     every = targets is not None and any(len(one.numbers) > 1 and re.match(r"part|both|all|each|every", one.words)
                                         for one in said.parts)  # fmt: skip
-    if every and len(applied) == len(numbers):
+    if (every or several) and len(applied) == len(numbers):
         return _all_of(turn, applied)
     if len(applied) + len(asked) > 1 or (applied and already):
         return _which(turn, applied, [number for number, *_ in asked], already)
@@ -95,6 +97,17 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
     if reasons:
         return GoalRevision(turn.last, "refused", message="; ".join(reasons))
     return None
+
+
+def _of_shapes_in_plural(said: GoalText) -> tuple[int, ...]:
+    """Return the structures that all take another shape: "lines instead of circles"; none where that is not said."""
+    named = {SHAPE_OF_NOUN[noun] for noun in _SHAPES.findall(said.said)}
+    shapes = [part.shape if isinstance(part, StructurePart) else None for part in said.goal.parts]
+    if len(named - set(shapes)) != 1:
+        return ()
+    old = named & set(shapes) or set(shapes) - {None}
+    numbers = tuple(number for number, shape in enumerate(shapes) if shape in old)
+    return numbers if len(numbers) > 1 or named & set(shapes) else ()
 
 
 def _change_of(turn: Turn, number: int, said: GoalText) -> tuple[Goal, str, Question | None] | None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from contextlib import suppress
 from dataclasses import fields, replace
 
 from grounding.dialogue.goal_changes import added, exchanged, numbered, objects_of, with_part, without_parts
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
 from grounding.dialogue.relation_edits import FILLERS
-from grounding.dialogue.revision_words import AFRESH, OF_THE_TABLE
+from grounding.dialogue.revision_words import AFRESH, NOTHING_ELSE, OF_THE_TABLE
 from grounding.dialogue.scene_reader import SpokenReading
+from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, GoalError, Part, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, Question
@@ -84,6 +84,38 @@ def others_kept(turn: Turn, read: SpokenReading) -> GoalRevision | None:
     numbers = tuple(range(len(fewer.parts), len(goal.parts)))
     message = "; ".join(filter(None, (read.message, note)))
     return GoalRevision(goal, "ok", "new", message, numbers, tuple(gone), read=read)
+
+
+def about_some(turn: Turn, goal: Goal) -> bool:
+    """Return whether an instruction for the place of a structure leaves open what becomes of some of its objects."""
+    if not turn.open or len(turn.last.parts) != 1 or any(each.search(turn.said.said) for each in (NOTHING_ELSE, AFRESH)):
+        return False
+    last = turn.last.parts[0]
+    if not isinstance(last, StructurePart):
+        return False
+    new = {one for part in goal.parts for one in objects_of(goal, part.objects)}
+    old = set(range(len(turn.said.objects)) if last.objects is None else turn.last.named_objects())
+    everything = any(part.objects is None for part in goal.structures)
+    exchange = any(isinstance(part, RelationPart) and part.relation == "swapped" for part in goal.parts)
+    return new < old and not everything and not exchange
+
+
+def which_objects_stay(turn: Turn, goal: Goal) -> GoalRevision | None:
+    """Ask whether the other objects of a structure stay in it; `None` where the instruction leaves nothing open."""
+    last = turn.last.parts[0] if turn.last.parts else None
+    if not isinstance(last, StructurePart) or not about_some(turn, goal):
+        return None
+    placed = {one for part in goal.parts for one in objects_of(goal, part.objects)}
+    own = range(len(turn.said.objects)) if last.objects is None else objects_of(turn.last, last.objects)
+    try:
+        both = added(Goal((replace(last, objects=tuple(one for one in own if one not in placed)),)), goal)
+    except GoalError:
+        return None
+    options = tuple("; ".join(describe_part(part, turn.said.names) for part in each.parts) for each in (both, goal))
+    text = "do the other objects stay as they were asked for?"
+    return GoalRevision(
+        turn.last, "ask", "new", text, question=Question(PART, text, options), choices=(both, goal)
+    )
 
 
 def _beside(part: Part, old: Part, said: str) -> Part | None:

@@ -20,7 +20,13 @@ from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.part_relations import parts_related
-from grounding.dialogue.part_replacements import others_kept, replaced, which_is_replaced, which_object_goes
+from grounding.dialogue.part_replacements import (
+    others_kept,
+    replaced,
+    which_is_replaced,
+    which_object_goes,
+    which_objects_stay,
+)
 from grounding.dialogue.part_swaps import SWAP
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
@@ -103,6 +109,8 @@ def revise_goal(
 def _supported(turn: Turn, found: GoalRevision) -> GoalRevision:
     """Return what the rules found, or a refusal where the sentence has no words for it."""
     goal = goal_after(turn, found) if found.status == "ok" else None
+    if goal is not None and found.kind == "new" and (question := which_objects_stay(turn, goal)) is not None:
+        return question
     reason = "" if goal is None else unsupported(turn, goal, found.kind)
     if not reason:
         return found

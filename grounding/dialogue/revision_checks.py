@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_revision import Turn
+from grounding.dialogue.part_replacements import about_some
 from grounding.dialogue.revision_words import (
     AFRESH,
     AS_ANOTHER,
@@ -40,6 +41,8 @@ from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart, StructurePart
 
+_SOME_ONLY = "it does not say what becomes of the other objects"
+
 
 def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
     """Return why a correction does not say what the rules made of it; "" where it does.
@@ -60,7 +63,7 @@ def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
     if kind in ("new", "add") and (reason := _of_the_goal(turn, goal)):
         return reason
     if kind == "new":
-        return _half_new(turn, goal)
+        return _half_new(turn, goal) or (_SOME_ONLY if about_some(turn, goal) else "")
     for before, after in _changed(turn.last, goal):
         reason = _unsaid_change(turn, before, after) or _denied_side(turn, before, after)
         reason = reason or _side_of_what(turn, before, after)
@@ -117,7 +120,7 @@ def _contradicted(turn: Turn, goal: Goal) -> str:
 def _denied_side(turn: Turn, before: Part, after: Part) -> str:
     """A side that is denied is not where the part stays: "not the back, over to the left"."""
     for side, shown in SIDES.items():
-        denied = re.search(rf"\bnot (?:(?:at|on|in|to|along|by) )?(?:the |my )?(?:{side})\b", turn.said.said)
+        denied = re.search(rf"\b(?:not|never) (?:(?:at|on|in|to|along|by|off|out|over|so far) )*(?:the |my )?(?:{side})\b", turn.said.said)
         if denied and re.search(rf"\b(?:{shown})\b", describe_part(after, None)):
             return f"{side.split('|')[0]!r} was denied"
     if getattr(after, "along", None) is not None and after.along == getattr(before, "along", None):  # type: ignore[union-attr]
@@ -220,11 +223,27 @@ def _unsaid_change(turn: Turn, before: Part, after: Part) -> str:
         pattern = SIZE_WORDS[value] if name == "size" else VALUE_WORDS[name]
         if not re.search(rf"\b(?:{pattern})\b", SAYS_NO_PLACE.sub(" ", said) if "position" in name else said):
             return f"no word of it asks for {name.replace('_', ' ')} {value}"
-        if name == "y_position" and getattr(after, "shape", None) == "tower" and ON_TOP.search(said):
-            return "the top of a tower is no place on the table"
-        if name == "size" and (FIRST_OR_LAST.search(said) or _of_some(turn, before)):
+        if name == "y_position" and getattr(after, "shape", None) == "tower" and _of_a_tower(turn, value):
+            return f"the {value} of a tower is no place on the table"
+        if name == "size" and (FIRST_OR_LAST.search(_besides_parts(turn)) or _of_some(turn, before)):
             return f"no word of it asks for a structure of size {value}"
     return _unsaid_shape(turn, before, after)
+
+
+def _of_a_tower(turn: Turn, end: str) -> bool:
+    """Return whether a sentence may speak of an end of a tower: "on top", "the small one at the bottom"."""
+    if ON_TOP.search(turn.said.said):
+        return True
+    said = _besides_parts(turn)
+    return end == "bottom" and "bottom" in said and said == turn.said.said and not OF_THE_TABLE.search(said)
+
+
+def _besides_parts(turn: Turn) -> str:
+    """Return what is said besides the words for parts of the goal."""
+    said = turn.said.said
+    for first, end in sorted((one.span for one in turn.said.parts if one.numbers), reverse=True):
+        said = f"{said[:first]} {said[end:]}"
+    return said
 
 
 def _of_some(turn: Turn, part: Part) -> bool:
@@ -239,19 +258,18 @@ def _unsaid_shape(turn: Turn, before: Part, after: Part) -> str:
     old, shape, said = getattr(before, "shape", None), getattr(after, "shape", None), turn.said.said
     if shape is None or shape == old:
         return ""
+    if not AS_ANOTHER.search(said):
+        said = _besides_parts(turn)
     if old == "cluster":
         said = HEAPS.sub(" ", said)
-    if not AS_ANOTHER.search(said):
-        for first, end in sorted((one.span for one in turn.said.parts if one.numbers), reverse=True):
-            said = f"{said[:first]} {said[end:]}"
     return "" if says_shape(shape, said) else f"no word of it asks for a {shape}"
 
 
 def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
     """No object leaves a part without being named, and none is all that stays where it was to go."""
-    if before.objects is None or after.objects is None:
-        return ""
-    old, new = set(objects_of(turn.last, before.objects)), set(objects_of(goal, after.objects))
+    there = range(len(turn.said.objects))
+    old = set(there if before.objects is None else objects_of(turn.last, before.objects))
+    new = set(there if after.objects is None else objects_of(goal, after.objects))
     lost = old - new
     said = turn.said.said
     named = _named(turn)

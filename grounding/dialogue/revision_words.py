@@ -28,7 +28,7 @@ _SMALL = (
     "small smaller smallish tiny tinier little wee titchy compact* tight* dense denser close closer together shrink* "
     "shrank shrunk reduce* narrow narrower short shorter squeeze* mini* down less"
 )
-_EXCHANGING = "swap* switch* exchange* trade* versa round other opposite"
+_EXCHANGING = "swap* switch* exchange* trade* change_* versa round other opposite"
 _ACROSS = f"left* right* center* centre* mid* east west side sides over corner between mirror* {_EXCHANGING}"
 _ALONG = (
     "top bottom front back rear near* far* behind clos* toward towards away up down me mid middle center* centre* "
@@ -77,6 +77,7 @@ ON_TOP = re.compile(r"\bon(?: the)? top\b")
 # What sounds like a side, and is none: "close it", "right then".
 SAYS_NO_PLACE = re.compile(
     r"\bclose (?:it|that|this|them|up|the)\b|^(?:all )?right\b(?=[ ,]+(?:then|so|now|right|that|let|well)\b|,)"
+    r"|\bsame (?:side|edge|end)\b|\b(?:side|edge|end) (?:(?:is|stays|as) )?(?:the )?same\b"
 )
 PRONOUNS_OR_ALL = _having(
     "everything everybody everyone all rest other others remaining whole lot each every any both object objects thing "
@@ -113,6 +114,9 @@ NO_SIDE = _having(
     r"that's_right is_right fine left_over what's_left to_my back_to go_back put_back \w+n't actually sorry was were is"
 )
 AFRESH = _having("scrap skip forget scratch start_again start_over start_afresh new_plan new_idea drop")
+NOTHING_ELSE = _having(
+    "only merely nothing_else nowt_else that's_it thats_it that's_all finish afresh bin ditch abandon changed_my_mind easier again"
+)
 # A sentence with one of these takes the place of what was said before.
 INSTEAD = re.compile(
     r"\b(?:instead|rather|i meant?|i said|in (?:its|their|his|her) (?:place|stead)|backwards?|only|just that|do it with)\b"

@@ -8,6 +8,7 @@ certain network makes a question with both.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
@@ -30,6 +31,7 @@ AS_IT_IS = "leave the goal as it is"
 _ONLY_A_REMARK = "nothing"
 _VAGUE = "not understood"  # in a refusal without a reason of its own
 _LONGEST = 400  # characters of a correction
+_THE_SAME = re.compile(r"\bthe same\b", re.IGNORECASE)  # "the same with the boxes": the network would add the boxes
 
 
 def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
@@ -51,7 +53,9 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
         return _doubted(turn, found, second)
     if second.goal is None or second.certainty < LIKELY or _same(turn, second.goal, turn.last):
         return found
-    if second.certainty >= CERTAIN and not second.unknown and not unsupported(turn, second.goal, found.kind):
+    goes_on = any(part in turn.last.parts for part in second.goal.parts)
+    kind = "edit" if goes_on else found.kind
+    if second.certainty >= CERTAIN and not second.unknown and not unsupported(turn, second.goal, kind):
         return _network_goal(turn, found, second)
     question = f"{shortened(turn.text)!r} was not understood for certain: is this the goal that is meant?"
     return _question(turn, found, question, [second.goal, turn.last])
@@ -63,7 +67,9 @@ def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
     reasoned = found.status in ("ask", "unchanged") or (
         (found.status, found.kind) == ("refused", "new") and _VAGUE not in found.message
     )
-    return bool(turn.last.parts) and not reasoned and not (turn.built and moved) and len(turn.text) <= _LONGEST
+    the_same = found.plain is not None and found.plain.objects_how == "replace" and _THE_SAME.search(turn.text)
+    settled = reasoned or the_same or (turn.built and moved)
+    return bool(turn.last.parts) and not settled and len(turn.text) <= _LONGEST
 
 
 def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:
@@ -71,10 +77,9 @@ def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRev
     first = goal_after(turn, found)
     if first is None or second.certainty < DOUBTS:
         return found
-    if second.goal is not None and not _same(turn, first, second.goal):
+    if second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
         question = f"{shortened(turn.text)!r} can be read in two ways: which goal is meant?"
-        other = [] if _same(turn, second.goal, turn.last) else [second.goal]
-        return _question(turn, found, question, [first, *other] if other else [first, turn.last])
+        return _question(turn, found, question, [first, second.goal])
     if second.answer and found.kind == "edit" and not _same(turn, first, turn.last):
         doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
         return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])

@@ -43,7 +43,7 @@ _NUMBER = re.compile(
 _REVERSED = re.compile(
     r"\b(?:(?:reverse|flip|invert|turn (?:a)?round)(?: (?:the|its|their))? order"
     r"|(?:in )?(?:the )?(?:reverse[d]?|opposite|other) order"
-    r"|(?:the )?other way (?:a)?round|reverse (?:it|them|that))\b"
+    r"|(?:the )?other way (?:a)?round|reverse (?:it|them|that)|^reversed?(?= please$|$))\b"
 )
 _BACKWARDS = {"ascending": "descending", "descending": "ascending"}
 _STARTS = {"left": "right", "right": "left", "near": "far", "far": "near", "bottom": "top", "top": "bottom"}

@@ -160,6 +160,15 @@ def say(parser, encoder):
         (CORNERS, "the bowl at the back", with_(CORNERS, 0, y_position="top")),
         (CORNERS, "put the plate in the top right corner", with_(CORNERS, 1, y_position="top")),
         (CORNERS, "the other way round", with_(with_(CORNERS, 0, x_position="right"), 1, x_position="left")),
+        (CORNERS, "wrong way round, swap them", with_(with_(CORNERS, 0, x_position="right"), 1, x_position="left")),
+        (CORNERS, "change places", with_(with_(CORNERS, 0, x_position="right"), 1, x_position="left")),
+        (TWO, "make the second one small", with_(TWO, 1, size="small")),
+        (TWO, "the second at the front, please", with_(TWO, 1, y_position="bottom")),
+        (TWO, "the latter in front", with_(TWO, 1, y_position="bottom")),
+        (TWO, "only the first", TWO[:1]),
+        (TWO, "make them lines", [part | {"shape": "line"} for part in TWO]),
+        (TWO, "lines instead of circles", with_(TWO, 1, shape="line")),
+        (CORNERS, "would you also put the apple on the plate", [*CORNERS, relation("on", [8], [3])]),
     ],
 )  # fmt: skip
 def test_corrections(say, last, text, then):
@@ -272,6 +281,19 @@ def test_a_question_lists_the_parts_and_each_answer_leads_to_a_goal(say):
     )
     left, right = with_(TWO, 0, x_position="right"), with_(TWO, 1, x_position="left")
     assert list(revision.choices) == [goal(left), goal(right), goal(with_(left, 1, x_position="left"))]
+
+
+def test_an_instruction_about_some_of_the_objects_of_a_structure_is_a_question(say):
+    revision = say(GAPS, "put the red cup in the bowl")
+    rest = with_(GAPS, 0, objects=[1, 2])
+    assert revision.status == "ask"
+    assert list(revision.choices) == [goal([*rest, relation("in", [0], [4])]), goal([relation("in", [0], [4])])]
+
+
+@pytest.mark.parametrize("text", ["put the red cup in the bowl, nothing else", "scrap that, put the red cup in the bowl"])
+def test_an_instruction_that_says_what_becomes_of_the_others_is_no_question(say, text):
+    revision = say(GAPS, text)
+    assert (revision.status, revision.goal) == ("ok", goal([relation("in", [0], [4])]))
 
 
 def test_an_object_that_is_not_clear_is_asked_for(say):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from grounding.dialogue.revise_goal import revise_goal
@@ -14,6 +16,7 @@ NAMES = ("red cup", "blue cup", "green cup", "plate", "bowl", "banana", "tall ca
 LINE = StructurePart("line", objects=(0, 1, 2))
 NEAR = StructurePart("line", objects=(0, 1, 2), along="near")
 BY_HEIGHT = StructurePart("line", objects=(0, 6, 7), order=Order("height", "descending", "left"))
+BY_VOLUME = StructurePart("tower", objects=(3, 6, 7), order=Order("volume", "descending", "bottom"))
 LISTED = StructurePart("line", objects=(3, 4, 5), order=Order("listed", None, "left"))
 TOWER = StructurePart("tower", objects=(6, 7))
 ARC = StructurePart("arc", objects=(0, 1, 2), rotation="south")
@@ -55,6 +58,7 @@ def say(parser, encoder):
         ((LINE, TOWER), "On second thoughts, use the bowl instead of the green cup", "line of 0, 1, 4; tower of 6, 7"),
         ((TOWER, ARC), "cans left, cups right", "tower of 6, 7, left; arc of 0, 1, 2, right, facing south"),
         ((TOWER,), "reds in the tower too", "tower of 6, 7, 0"),
+        ((BY_HEIGHT,), "reverse", "line of 0, 6, 7, order by height ascending from left"),
     ],
 )  # fmt: skip
 def test_what_is_said_is_changed(say, parts, text, then):
@@ -89,6 +93,9 @@ def test_what_is_said_is_changed(say, parts, text, then):
         ((TOWER, RelationPart("behind", PartReference(0), (4,))), "tower in front"),  # of the bowl, or of the table
         ((BY_HEIGHT,), "shortest right"),  # the order, not a place of the shortest thing
         ((BESIDE,), "the apple goes in that spot"),
+        ((BY_VOLUME,), "flip it, small one down the bottom"),  # not at the front of the table
+        ((replace(TOWER, x_position="right"),), "at the back, not off to the right"),
+        ((StructurePart("table setting", x_position="right"),), "only plate and bowl, the side is the same"),
         ((LINE, BESIDE), "swap the red cup and the apple"),  # instead of it, or both exchange places
         ((StructurePart("line", objects=(3, 4)), BESIDE), "the can should join the line"),  # which of the two
     ],
