@@ -27,13 +27,11 @@ from grounding.dialogue.part_replacements import (
     which_object_goes,
     which_objects_stay,
 )
-from grounding.dialogue.part_swaps import SWAP
-from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revise import Revision
 from grounding.dialogue.revision_checks import unsupported
 from grounding.dialogue.scene_reader import GoalReader, SpokenReading
 from grounding.dialogue.second_opinion import goal_after, second_opinion
-from grounding.goal_reading.verb_words import VERBS
+from grounding.dialogue.sentence_kind import REPLACING, corrects, is_new, is_whole, orders, without_marker
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
 from grounding.parse_result import shortened
@@ -43,18 +41,10 @@ from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
-_REPLACING = re.compile(r"\b(?:instead|rather|i meant?|i said)\b|^(?:no|nope|not|actually|sorry|wait|hmm?|but)\b[ ,]")
-_ALONE_INSTEAD = re.compile(
-    r"[ ,]*\b(?:instead|rather)\b[ ,]*|^(?:(?:no|nope|actually|sorry|wait|hmm?|but|i meant?|i said)\b[ ,]+)+"
-)
-_OF_WHAT_IS_THERE = re.compile(
-    r"\b(?:it|its|them|they|their|that|this one|that one|other side|other way|opposite|swap sides|back)\b"
-)
 _BESIDE_IT = re.compile(
     r"\b(?:behind|in front of|(?:left|right) of|next to|beside|near|on|on top of|in|inside|around|between) "
     r"(?:it|them|that|these|those|the (?:line|row|circle|ring|tower|stack|pile|table setting|setting))\b(?! with\b)"
 )
-_OTHER = re.compile(r"\b(?:other|opposite) (?:side|end|way|direction)\b")
 _THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
 _START_AFRESH = re.compile(
     r"(?:(?:no|nope|ok|okay|actually|hmm?|oh|wait|please|right|well|sorry|let's)[ ,.!]+)*"
@@ -69,7 +59,6 @@ _BARE_NUMBER = re.compile(
     re.IGNORECASE,
 )
 _LENGTHS = re.compile(r"\d cm\b")
-_AN_ORDER = re.compile(r"\b(?:the|same|this|that|reversed?|opposite|other) order\b")  # no verb
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
     r"(?: (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?))?"
@@ -156,7 +145,7 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
     if plain.kind == "new" and (more := said_besides(turn, read)) is not None:
         return more
     whole_sentence = plain.kind == "new" or not last.parts
-    instructs = whole_sentence and bool(turn.said.mentions or _orders(turn))
+    instructs = whole_sentence and bool(turn.said.mentions or orders(turn))
     if instructs and read.status == "ok" and read.goal.parts and not _same_plain(turn, plain, read):
         return anew(turn, read)
     # What the reader of goals says of it is in none of the words of the parser of five slots.
@@ -174,10 +163,10 @@ def _of_its_own_objects(turn: Turn, read: SpokenReading) -> GoalRevision | None:
         The changed goal, or a refusal where it says something of single objects of the structure; `None` where it
         names objects of its own.
     """
-    if not turn.last.parts or _orders(turn) or ALL_THERE.search(turn.text):
+    if not turn.last.parts or orders(turn) or ALL_THERE.search(turn.text):
         return None
     everything = any(part.objects is None for part in read.goal.structures)
-    if everything or not _is_new(turn):  # "around the plate", "the biggest in the middle"
+    if everything or not is_new(turn):  # "around the plate", "the biggest in the middle"
         edit = edited(turn)
         return edit if edit is not None and edit.status in ("ok", "ask") else _refused(turn, None)
     own = turn.last.parts[0].objects
@@ -207,12 +196,12 @@ def _added_to_plain(turn: Turn, plain: Revision) -> GoalRevision | None:
         if sum_ is not None and sum_.status == "ok" and sum_.goal.plain_spec is None:
             return sum_
     if _BESIDE_IT.search(turn.said.said) and any(one.indices for one in turn.said.mentions):
-        goal = turn.reader.continued(turn.last, _without_marker(turn), 0)
+        goal = turn.reader.continued(turn.last, without_marker(turn), 0)
         if goal is not None and len(goal.parts) > 1 and goal.parts[0] == turn.last.parts[0]:
             return GoalRevision(goal, "ok", "add", "", tuple(range(1, len(goal.parts))))
         if plain.kind == "edit" and plain.objects_how == "replace":
             return _refused(turn, None)  # "put the cup behind it" takes no other objects for the structure
-    if plain.status == "refused" and not _is_new(turn):
+    if plain.status == "refused" and not is_new(turn):
         edit = edited(turn)
         if edit is not None and edit.status in ("ok", "ask"):
             return edit
@@ -234,11 +223,6 @@ def _read_whole(turn: Turn, text: str) -> SpokenReading:
     return turn.reader.read(f"{text[: them.start()]}{listing}{text[them.end() :]}")
 
 
-def _is_new(turn: Turn) -> bool:
-    """Return whether the sentence is an instruction of its own: it names its objects, and speaks of nothing else."""
-    return not _corrects(turn) and any(one.mention.noun != ANY for one in turn.said.mentions)
-
-
 def _revision(turn: Turn) -> GoalRevision:
     """Return the effect on a goal of several parts."""
     if _DROP_IT.fullmatch(turn.said.said):
@@ -257,60 +241,29 @@ def _revision(turn: Turn) -> GoalRevision:
             return more
         edit = edited(turn)
         return edit if edit is not None and edit.status != "refused" else more or edit or _refused(turn, None)
-    corrects = _corrects(turn)
-    edit = edited(turn) if corrects else None
+    correcting = corrects(turn)
+    edit = edited(turn) if correcting else None
     if edit is not None and edit.status != "refused":
         return edit
-    read = _read_whole(turn, _without_marker(turn))
-    if read.status == "ok" and read.goal.parts and (not corrects or _whole(turn, read)):
+    read = _read_whole(turn, without_marker(turn))
+    if read.status == "ok" and read.goal.parts and (not correcting or is_whole(turn, read)):
         instead = merged(turn, read.goal) or replaced(turn, read)
         if instead is not None:
             return instead
-        if _REPLACING.search(turn.said.said):
+        if REPLACING.search(turn.said.said):
             return which_is_replaced(turn, read)
         unnamed = turn.said.mentions and all(one.mention.noun == ANY for one in turn.said.mentions)
-        if unnamed and not _orders(turn) and not any(part.objects for part in read.goal.structures):
+        if unnamed and not orders(turn) and not any(part.objects for part in read.goal.structures):
             return edit or _refused(turn, None)  # "with the tallest on the right" is no goal of its own
         return said_besides(turn, read) or others_kept(turn, read) or anew(turn, read)
-    if read.status == "ask" and read.question is not None and not corrects:
+    if read.status == "ask" and read.question is not None and not correcting:
         return new_goal(turn.last, read, turn.text)
     edit = edit or edited(turn)
-    if _REPLACING.search(turn.said.said) and (which := which_object_goes(turn)) is not None:
+    if REPLACING.search(turn.said.said) and (which := which_object_goes(turn)) is not None:
         return which
-    if edit is not None and (edit.status != "refused" or corrects):
+    if edit is not None and (edit.status != "refused" or correcting):
         return edit
     return _refused(turn, read)
-
-
-def _corrects(turn: Turn) -> bool:
-    """Return whether the sentence speaks of what was asked for before."""
-    said = turn.said
-    edits = relative_edits(normalized(said.said))[0]
-    return bool(
-        said.parts or edits or SWAP.search(said.said) or _OF_WHAT_IS_THERE.search(said.said) or _REPLACING.search(said.said)
-        or re.match(r"(?:swap|switch|reverse|make|with|without|bigger|smaller|gaps?|space)\b", said.said)
-        or not (said.mentions or _orders(turn))
-    )  # fmt: skip
-
-
-def _whole(turn: Turn, read: SpokenReading) -> bool:
-    """Return whether a sentence that sounds like a correction is an instruction of its own after all."""
-    said = turn.said
-    if said.parts or _OTHER.search(said.said) or relative_edits(normalized(said.said))[0]:
-        return False
-    if read.goal.plain_spec is None:
-        return bool(read.goal.named_objects())
-    return any(one.indices for one in said.mentions) and (_orders(turn) or _REPLACING.search(said.said) is not None)
-
-
-def _orders(turn: Turn) -> bool:
-    """Return whether the sentence has a verb that asks for something."""
-    words = _AN_ORDER.sub("", turn.said.said).split()
-    return any(VERBS.get(word, "leave") != "leave" for word in words)
-
-
-def _without_marker(turn: Turn) -> str:
-    return _ALONE_INSTEAD.sub(" ", turn.said.said).strip(" ,") if _REPLACING.search(turn.said.said) else turn.text
 
 
 def _refused(turn: Turn, read: SpokenReading | None) -> GoalRevision:

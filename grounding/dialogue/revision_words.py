@@ -115,7 +115,8 @@ NO_SIDE = _having(
 )
 AFRESH = _having("scrap skip forget scratch start_again start_over start_afresh new_plan new_idea drop")
 NOTHING_ELSE = _having(
-    "only merely nothing_else nowt_else that's_it thats_it that's_all finish afresh bin ditch abandon changed_my_mind easier again"
+    "only merely nothing_else nowt_else that's_it thats_it that's_all finish afresh bin ditch abandon changed_my_mind "
+    "easier again"
 )
 # A sentence with one of these takes the place of what was said before.
 INSTEAD = re.compile(

@@ -4,6 +4,7 @@ import io
 import json
 import os
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from agent.evaluation.recordings import _compare_runs, _rates, print_recordings
 from agent.evaluation.report import report_by_structure, report_frame
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
+from agent.scenes.files import Problem, SceneFileError
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import draw_scene
 from structdiffusion.objects.libraries import load_objects
@@ -63,6 +65,20 @@ def test_a_recording_that_cannot_be_used_is_a_row_of_its_own(job, monkeypatch):
     monkeypatch.setattr(recordings, "RecordedSource", Refused)
     row = _compare_runs(OPTIONS, ResourceCache(), job)
     assert (row["found"], row["exact"], row["recorded"], row["same"]) == (0, False, "no table", False)
+
+
+def test_a_hard_scene_that_no_scene_file_holds_is_drawn_again(monkeypatch):
+    drawn = []
+
+    def fall_once(options, cache, job):
+        drawn.append(job.drawn)
+        if len(drawn) == 1:
+            raise SceneFileError(Path("scene.yaml"), [Problem(3, "'bit' does not stay where it is put")])
+        return {"structure": job.structure}
+
+    monkeypatch.setattr(recordings, "_compare_runs", fall_once)
+    row = recordings._compare_hard_runs(OPTIONS, ResourceCache(), recordings._HardJob("line", 0, 3))
+    assert row["structure"] == "line" and len(drawn) == 2 and drawn[0] != drawn[1]
 
 
 def test_tables_count_rows():
