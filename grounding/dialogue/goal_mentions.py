@@ -51,7 +51,8 @@ _ORDINAL_SHAPE = re.compile(
 )
 _ALL = re.compile(
     r"\b(?:both(?: of (?:them|these|those))?|all(?: of (?:them|these|those)| parts)|each(?: of them| part)?"
-    r"|all the parts|both parts|every part)\b"
+    r"|all the parts|both parts|every part|(?:all of it|the (?:whole )?lot|the whole thing|the whole arrangement)(?! of)"
+    r")\b"
 )
 _SHAPE = re.compile(
     rf"(?:\b(?:the|that|this|my|your|its|no) (?:(?!one\b)\w+ )?"

@@ -13,6 +13,7 @@ from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
 from grounding.dialogue.part_lengths import AlreadySoError, CannotApplyError
 from grounding.dialogue.part_swaps import swapped
 from grounding.dialogue.relation_edits import relation_change
+from grounding.dialogue.revision_words import LEAVING
 from grounding.dialogue.structure_edits import structure_change
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, RelationPart, StructurePart
@@ -68,6 +69,9 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
     targets = said.targets()
     several = _of_shapes_in_plural(said) if targets is None else ()
     numbers = several or (targets if targets is not None else tuple(range(len(turn.last.parts))))
+    named = {index for one in said.mentions for index in one.indices}
+    # "The box at the back" of a box that the goal has not got is no place for what it has.
+    elsewhere = targets is None and bool(named) and all(part.objects is not None for part in turn.last.structures)
     applied, asked, reasons, failed, already = [], [], [], [], []
     for number in numbers:
         try:
@@ -77,11 +81,11 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
             failed.append(number)
             already += [number] if isinstance(error, AlreadySoError) else []
             continue
-        if change is None:
+        if change is None or (elsewhere and not _takes_objects(turn.last, change[0], said)):
             failed.append(number)
         else:
             (asked if change[2] is not None else applied).append((number, *change))
-    every = targets is not None and any(len(one.numbers) > 1 and re.match(r"part|both|all|each|every", one.words)
+    every = targets is not None and any(len(one.numbers) > 1 and re.match(r"part|both|all|each|every|the (?:whole|lot)", one.words)
                                         for one in said.parts)  # fmt: skip
     if (every or several) and len(applied) == len(numbers):
         return _all_of(turn, applied)
@@ -97,6 +101,12 @@ def _edited_by(turn: Turn, said: GoalText) -> GoalRevision | None:
     if reasons:
         return GoalRevision(turn.last, "refused", message="; ".join(reasons))
     return None
+
+
+def _takes_objects(last: Goal, goal: Goal, said: GoalText) -> bool:
+    """Return whether objects join a part, or take the place of others that a sentence says leave."""
+    before, after = set(last.named_objects()), set(goal.named_objects())
+    return after > before or (after != before and LEAVING.search(said.said) is not None)
 
 
 def _of_shapes_in_plural(said: GoalText) -> tuple[int, ...]:

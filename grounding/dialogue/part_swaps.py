@@ -10,7 +10,7 @@ from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.goals.goal import Goal
-from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart
+from grounding.goals.parts import DIRECTIONAL, Part, PartReference, RelationPart, StructurePart
 
 SWAP = re.compile(
     r"\b(?:swap(?:ped)?|switch(?:ed)?|exchanged?|traded?|interchanged?|change(?= (?:places|parts|sides|roles)))"
@@ -28,16 +28,17 @@ def swapped(text: GoalText) -> Goal | None:
         CannotApplyError: where it does not say which two, or they have no places that could be exchanged.
     """
     found = SWAP.search(text.said)
-    if found is None or _FOR_ANOTHER.search(text.said):
-        return None
     said = [one for one in text.mentions if one.indices]
+    whole = _parts_of_objects(text.goal, [set(one.indices) for one in said])
+    if found is None or (_FOR_ANOTHER.search(text.said) and not whole):
+        return None
     spans = [found.span(), *(one.span for one in said), *(one.span for one in text.parts)]
     if left := text.left_over(spans, FILLERS):
         raise CannotApplyError(f"{' '.join(left)!r} was not understood")
     goal = text.goal
-    if said:
+    if said and not whole:
         return _objects_exchanged(text, [one.indices for one in said])
-    numbers = text.targets() or tuple(range(len(goal.parts)))
+    numbers = whole or text.targets() or tuple(range(len(goal.parts)))
     if len(numbers) == 1 and isinstance(part := goal.parts[numbers[0]], RelationPart):
         return _turned_over(goal, numbers[0], part)
     placed = [
@@ -58,6 +59,13 @@ def swapped(text: GoalText) -> Goal | None:
     raise CannotApplyError(
         f"it is not clear which two places should be exchanged; the goal is: {listed(goal, text.names)}"
     )
+
+
+def _parts_of_objects(goal: Goal, said: list[set[int]]) -> tuple[int, ...]:
+    """Return the two structures of which all objects are named, as in "swap the bottles and the jars"; none otherwise."""
+    own = {n: set(objects_of(goal, part.objects)) for n, part in enumerate(goal.parts) if isinstance(part, StructurePart)}
+    numbers = tuple(n for each in said for n, objects in own.items() if len(objects) > 1 and objects == each)
+    return numbers if len(numbers) == len(said) == 2 else ()
 
 
 def _objects_exchanged(text: GoalText, said: list[tuple[int, ...]]) -> Goal | None:

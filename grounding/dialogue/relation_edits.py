@@ -72,6 +72,9 @@ def relation_change(part: RelationPart, number: int, text: GoalText, built: bool
     if exchange:
         changed = exchanged(changed, exchange)  # type: ignore[assignment]
     placed = _relation_said(part, number, text, spans)
+    named = {index for said in text.mentions for index in said.indices} & subjects
+    if placed is not None and part.relation == "swapped" and named and named != subjects:
+        return None  # the other one of the two goes nowhere: "the hammer in the box"
     if placed is not None:
         relation, reference = placed
         changed = _with_relation(changed, relation, reference if not exchange else None)

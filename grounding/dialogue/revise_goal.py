@@ -136,7 +136,10 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
         extended = _added_to_plain(turn, plain)
         if extended is not None:
             return extended
-    absent = [one.mention.noun for one in turn.said.mentions if not one.indices and one.mention.noun != ANY]
+    absent = [
+        turn.said.said[slice(*one.span)]
+        for one in turn.said.mentions if not one.indices and one.mention.noun != ANY
+    ]  # fmt: skip
     if absent and (plain.kind, plain.status) == ("edit", "ok"):
         return GoalRevision(last, "refused", message=f"there is no {absent[0]!r} here; nothing was changed")
     read = _read_whole(turn, text)
@@ -241,6 +244,8 @@ def _revision(turn: Turn) -> GoalRevision:
             return more
         edit = edited(turn)
         return edit if edit is not None and edit.status != "refused" else more or edit or _refused(turn, None)
+    if (beside := _beside_it(turn)) is not None:
+        return beside
     correcting = corrects(turn)
     edit = edited(turn) if correcting else None
     if edit is not None and edit.status != "refused":
@@ -264,6 +269,15 @@ def _revision(turn: Turn) -> GoalRevision:
     if edit is not None and (edit.status != "refused" or correcting):
         return edit
     return _refused(turn, read)
+
+
+def _beside_it(turn: Turn) -> GoalRevision | None:
+    """Return the goal with an object beside what was spoken of last: "cup next to it"."""
+    named = {index for one in turn.said.mentions for index in one.indices}
+    if not named or named & set(turn.last.named_objects()) or not _BESIDE_IT.search(turn.said.said):
+        return None
+    more = addition(turn)
+    return more if more is not None and more.status == "ok" else None
 
 
 def _refused(turn: Turn, read: SpokenReading | None) -> GoalRevision:

@@ -68,8 +68,14 @@ def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
         (found.status, found.kind) == ("refused", "new") and _VAGUE not in found.message
     )
     the_same = found.plain is not None and found.plain.objects_how == "replace" and _THE_SAME.search(turn.text)
-    settled = reasoned or the_same or (turn.built and moved)
+    settled = reasoned or the_same or (turn.built and moved) or _drops_named_part(turn, found)
     return bool(turn.last.parts) and not settled and len(turn.text) <= _LONGEST
+
+
+def _drops_named_part(turn: Turn, found: GoalRevision) -> bool:
+    """Return whether a part goes that is named: "forget the circle" leaves nothing to doubt."""
+    fewer = found.status == "ok" and found.plain is None and len(found.goal.parts) < len(turn.last.parts)
+    return fewer and any(one.numbers for one in turn.said.parts) and not turn.said.mentions
 
 
 def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:

@@ -113,6 +113,8 @@ class VerbReader:
             return [Chunk("work", word, place, place + 1)]
         if word not in OTHER_WORK or said.word(place - 1) in ("i", "we", "they", "you're", "not", "to"):
             return []
+        if word in self.phrases.forms and said.word(place + 1) in ("in", "on", "at"):
+            return []  # "hammer in the box", where a hammer is on the table
         at = place + 1 + (said.word(place + 1) in ("up", "out", "down", "off", "over", "away", "at", "in", "on"))
         return [Chunk("work", word, place, place + 1)] if self._object(at, word) else []
 
