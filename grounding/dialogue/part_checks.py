@@ -12,6 +12,7 @@ from grounding.dialogue.revision_words import (
     FEWER,
     FIRST_OR_LAST,
     HEAPS,
+    INSTEAD,
     JOINING,
     LEAVING,
     NEGATED,
@@ -140,6 +141,9 @@ def _unsaid_loss(turn: Turn, goal: Goal, before: Part, after: Part) -> str:
         return "what it names seems to leave, not to stay"
     if not lost & named and (JOINING.search(said) or not (LEAVING.search(said) or NEGATED.search(said))):
         return "it names none of the objects that would leave"
+    elsewhere = {one for part in goal.parts for one in objects_of(goal, part.objects)}
+    if lost - elsewhere and not any(each.search(said) for each in (LEAVING, NEGATED, FEWER, INSTEAD)):
+        return "no word of it says that an object leaves"
     if lost & named and not lost <= named and not FEWER.search(said):
         return "it names only some of the objects that would leave"
     return ""

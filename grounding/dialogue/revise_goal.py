@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 
 from grounding.dialogue.goal_changes import listed, objects_of
-from grounding.dialogue.goal_mentions import GoalText
+from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, anew, new_goal
 from grounding.dialogue.interjections import without_interjections
 from grounding.dialogue.object_exchanges import objects_exchanged
@@ -58,6 +58,11 @@ _BARE_NUMBER = re.compile(
     r"(?:(?:no|nope|actually|please|just|now|then)[ ,]+)*(?:make|say) (?:it|that|them) (?:about )?\d+(?:\.\d+)?[ .!]*",
     re.IGNORECASE,
 )
+_ONLY_A_SHAPE = re.compile(
+    r"(?:(?:now|then|ok|okay|rather|and|but|please)[ ,]+)*(?:(?:in|as|into) )?an? "
+    rf"(?P<noun>{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})(?:[ ,]+(?:now|then|please))*",
+    re.IGNORECASE,
+)
 _LENGTHS = re.compile(r"\d cm\b")
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
@@ -89,7 +94,7 @@ def revise_goal(
         declined: whether it was proposed and is no longer wanted. An instruction about other objects takes the place
             of a goal that was built or declined, and adds to one that is still to be built.
     """
-    text = _with_unit(without_interjections(text), last) if last.parts else text
+    text = _about_it(_with_unit(without_interjections(text), last), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
     turn = Turn(last, text, said, reader, stands, built, not built and not declined)
     return second_opinion(turn, _supported(turn, _by_rules(turn)))
@@ -126,6 +131,12 @@ def _by_rules(turn: Turn) -> GoalRevision:
 def _with_unit(text: str, last: Goal) -> str:
     """Return "make it 8" with the unit of the length that it changes: in centimetres where the goal has a length."""
     return f"{text.rstrip(' .!')} cm" if _BARE_NUMBER.fullmatch(text.strip()) and _LENGTHS.search(str(last)) else text
+
+
+def _about_it(text: str, last: Goal) -> str:
+    """Return "now a circle" as what is to be made of a structure that a plain specification cannot hold."""
+    only = _ONLY_A_SHAPE.fullmatch(text.strip(" ."))
+    return f"make it a {only['noun']}" if only is not None and last.plain_spec is None else text
 
 
 def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:

@@ -77,6 +77,7 @@ ON_TOP = re.compile(r"\bon(?: the)? top\b")
 # What sounds like a side, and is none: "close it", "right then".
 SAYS_NO_PLACE = re.compile(
     r"\bclose (?:it|that|this|them|up|the)\b|^(?:all )?right\b(?=[ ,]+(?:then|so|now|right|that|let|well)\b|,)"
+    r"|\b(?:middle|cent(?:re|er)) of (?:it|them|that|those|the (?!table|desk|board)\w+)\b"
     r"|\bsame (?:side|edge|end)\b|\b(?:side|edge|end) (?:(?:is|stays|as) )?(?:the )?same\b"
 )
 PRONOUNS_OR_ALL = _having(
@@ -120,7 +121,8 @@ NOTHING_ELSE = _having(
 )
 # A sentence with one of these takes the place of what was said before.
 INSTEAD = re.compile(
-    r"\b(?:instead|rather|i meant?|i said|in (?:its|their|his|her) (?:place|stead)|backwards?|only|just that|do it with)\b"
+    r"\b(?:instead|rather|i meant?|i said|in place of|in (?:its|their|his|her) (?:place|stead)|backwards?|only|just that"
+    r"|do it with)\b"
     r"|^(?:no|nope|not|actually|sorry|wait)\b"
 )
 JOINING = _having(

@@ -20,7 +20,7 @@ from grounding.goal_network.second_reader import WEIGHTY, NetworkReading
 from grounding.goals.comparison import compare_goals
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError, RelationPart, StructurePart
+from grounding.goals.parts import GoalError, Part, RelationPart, StructurePart
 from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
@@ -53,8 +53,8 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
         return _doubted(turn, found, second)
     if second.goal is None or second.certainty < LIKELY or _same(turn, second.goal, turn.last):
         return found
-    goes_on = any(part in turn.last.parts for part in second.goal.parts)
-    kind = "edit" if goes_on else found.kind
+    goes_on = any(part in turn.last.parts or _like_one_of(part, turn.last) for part in second.goal.parts)
+    kind = "edit" if goes_on else "new"
     if second.certainty >= CERTAIN and not second.unknown and not unsupported(turn, second.goal, kind):
         return _network_goal(turn, found, second)
     question = f"{shortened(turn.text)!r} was not understood for certain: is this the goal that is meant?"
@@ -111,6 +111,15 @@ def goal_after(turn: Turn, found: GoalRevision) -> Goal | None:
         return turn.last if changed is None else Goal((changed,))
     except (CannotApplyError, GoalError):
         return None
+
+
+def _like_one_of(part: Part, last: Goal) -> bool:
+    """Return whether a goal has a part of some of the same objects, of the same type."""
+    pairs = [(part.objects, other.objects) for other in last.parts if type(part) is type(other)]
+    return any(
+        None in pair or (isinstance(pair[0], tuple) and isinstance(pair[1], tuple) and not {*pair[0]}.isdisjoint(pair[1]))
+        for pair in pairs
+    )
 
 
 def _network_goal(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:

@@ -31,7 +31,7 @@ def is_new(turn: Turn) -> bool:
 def corrects(turn: Turn) -> bool:
     """Return whether the sentence speaks of what was asked for before."""
     said = turn.said
-    edits = relative_edits(normalized(said.said))[0]
+    edits = relative_edits(normalized(_besides_objects(turn)))[0]
     return bool(
         said.parts or edits or SWAP.search(said.said) or _OF_WHAT_IS_THERE.search(said.said)
         or REPLACING.search(said.said) or _CHANGING.match(said.said) or not (said.mentions or orders(turn))
@@ -41,11 +41,19 @@ def corrects(turn: Turn) -> bool:
 def is_whole(turn: Turn, read: SpokenReading) -> bool:
     """Return whether a sentence that sounds like a correction is an instruction of its own after all."""
     said = turn.said
-    if said.parts or _OTHER.search(said.said) or relative_edits(normalized(said.said))[0]:
+    if said.parts or _OTHER.search(said.said) or relative_edits(normalized(_besides_objects(turn)))[0]:
         return False
     if read.goal.plain_spec is None:
         return bool(read.goal.named_objects())
     return any(one.indices for one in said.mentions) and (orders(turn) or REPLACING.search(said.said) is not None)
+
+
+def _besides_objects(turn: Turn) -> str:
+    """Return what is said besides the objects: "the biggest pot" is no bigger pot."""
+    said = turn.said.said
+    for first, end in sorted((one.span for one in turn.said.mentions if one.indices), reverse=True):
+        said = f"{said[:first]}it{said[end:]}"
+    return said
 
 
 def orders(turn: Turn) -> bool:

@@ -34,6 +34,8 @@ FRUIT = [relation("next to", [5], [1]), relation("on", [8], [3])]
 GAPS = [structure("line", [0, 1, 2], gap=0.05, x_position="left")]
 MOVED = [relation("moved", [0], direction="left", distance=0.10)]
 CORNERS = [relation("at", [4], x_position="left"), relation("at", [3], x_position="right")]
+SIDES = [structure("line", [0, 1, 2], x_position="left"), structure("tower", [6, 7], x_position="right")]
+SWAPPED = [relation("swapped", [0, 5]), relation("at", [4], x_position="right")]
 LINE = [structure("line", [0, 1, 2])]
 
 
@@ -161,6 +163,13 @@ def say(parser, encoder):
         (CORNERS, "put the plate in the top right corner", with_(CORNERS, 1, y_position="top")),
         (CORNERS, "the other way round", with_(with_(CORNERS, 0, x_position="right"), 1, x_position="left")),
         (CORNERS, "wrong way round, swap them", with_(with_(CORNERS, 0, x_position="right"), 1, x_position="left")),
+        (SIDES, "swap the cups and the cans", with_(with_(SIDES, 0, x_position="right"), 1, x_position="left")),
+        (SIDES, "swap the cans with the cups", with_(with_(SIDES, 0, x_position="right"), 1, x_position="left")),
+        (SIDES, "the lot at the back", [part | {"y_position": "top"} for part in SIDES]),
+        (SIDES, "plate at the very back", [*SIDES, relation("at", [3], y_position="top")]),
+        (FRUIT, "the tall can next to it", [*FRUIT, relation("next to", [6], [3])]),
+        (SWAPPED, "red cup in the bowl", "refused"),
+        (GAPS, "now a circle", with_(GAPS, 0, shape="circle")),
         (CORNERS, "change places", with_(with_(CORNERS, 0, x_position="right"), 1, x_position="left")),
         (TWO, "make the second one small", with_(TWO, 1, size="small")),
         (TWO, "the second at the front, please", with_(TWO, 1, y_position="bottom")),

@@ -93,6 +93,7 @@ def test_what_is_said_is_changed(say, parts, text, then):
         ((TOWER, RelationPart("behind", PartReference(0), (4,))), "tower in front"),  # of the bowl, or of the table
         ((BY_HEIGHT,), "shortest right"),  # the order, not a place of the shortest thing
         ((BESIDE,), "the apple goes in that spot"),
+        ((TOWER, LINE), "one can in the middle of the line instead"),  # not the line in the middle of the table
         ((BY_VOLUME,), "flip it, small one down the bottom"),  # not at the front of the table
         ((replace(TOWER, x_position="right"),), "at the back, not off to the right"),
         ((StructurePart("table setting", x_position="right"),), "only plate and bowl, the side is the same"),

@@ -26,6 +26,11 @@ def test_forms_of_placing(interpreter, text):  # noqa: F811
     assert relations(interpreter, text) == ON_PLATE
 
 
+def test_a_tool_on_the_table_is_no_verb_before_a_place(interpreter):  # noqa: F811
+    assert relations(interpreter, "hammer in the box", "workshop") == [("in", (0,), (5,))]
+    assert "asks for other work" in interpreter.interpret("hammer the box", SCENES["workshop"]).message
+
+
 @pytest.mark.parametrize("text", ["swap the mugs around", "swap the two mugs round would you", "the mugs: trade places"])
 def test_forms_of_swapping(interpreter, text):  # noqa: F811
     assert relations(interpreter, text) == [("swapped", (0, 1), None)]
