@@ -49,10 +49,10 @@ def is_whole(turn: Turn, read: SpokenReading) -> bool:
 
 
 def _besides_objects(turn: Turn) -> str:
-    """Return what is said besides the objects: "the biggest pot" is no bigger pot."""
+    """Return what is said, with nothing but their nouns for the objects: "the biggest pot" is no bigger pot."""
     said = turn.said.said
-    for first, end in sorted((one.span for one in turn.said.mentions if one.indices), reverse=True):
-        said = f"{said[:first]}it{said[end:]}"
+    for one in sorted((one for one in turn.said.mentions if one.indices), key=lambda one: one.span, reverse=True):
+        said = f"{said[: one.span[0]]}{one.mention.noun}{said[one.span[1] :]}"
     return said
 
 
