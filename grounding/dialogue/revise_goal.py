@@ -105,7 +105,8 @@ def _supported(turn: Turn, found: GoalRevision) -> GoalRevision:
     goal = goal_after(turn, found) if found.status == "ok" else None
     if goal is not None and found.kind == "new" and (question := which_objects_stay(turn, goal)) is not None:
         return question
-    reason = "" if goal is None else unsupported(turn, goal, found.kind)
+    # What is said once more changes nothing, and needs no words for a change.
+    reason = "" if goal is None or goal == turn.last else unsupported(turn, goal, found.kind)
     if not reason:
         return found
     message = f"{shortened(turn.text)!r} was not understood as a correction: {reason}"

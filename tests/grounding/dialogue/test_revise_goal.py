@@ -305,6 +305,12 @@ def test_an_instruction_that_says_what_becomes_of_the_others_is_no_question(say,
     assert (revision.status, revision.goal) == ("ok", goal([relation("in", [0], [4])]))
 
 
+def test_what_is_said_once_more_changes_nothing(say):
+    parts = [relation("left of", [5], [3]), structure("line", [0, 1, 2])]
+    revision = say(parts, "put the banana to the left of the plate")
+    assert (revision.status, revision.goal) == ("ok", goal(parts))
+
+
 def test_an_object_that_is_not_clear_is_asked_for(say):
     revision = say(FRUIT, "also put the can next to the plate")
     assert revision.status == "ask" and revision.question.options == ("tall can", "small can")
