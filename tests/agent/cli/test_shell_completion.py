@@ -129,13 +129,16 @@ def bash(tmp_path):
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m agent "$@"\n')
     command.chmod(0o755)
     (tmp_path / "desk.yaml").write_text("")
+    settings = tmp_path / "inputrc"
+    settings.write_text("set enable-bracketed-paste off\n")
     environment = {
         **os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT), "TERM": "dumb", "PS1": "> ",
-        "INPUTRC": os.devnull, "LC_ALL": "C.UTF-8",
+        "INPUTRC": str(settings), "LC_ALL": "C.UTF-8",
     }  # fmt: skip
     options = {"cwd": tmp_path, "env": environment, "encoding": "utf-8", "timeout": 300, "dimensions": (24, 200)}
     child = pexpect.spawn(shell, ["--norc", "--noprofile", "-i"], **options)
-    child.sendline("bind 'set enable-bracketed-paste off'; source <(structagent completion bash); echo re''ady")
+    child.expect_exact("> ")  # what is typed before readline has set up the terminal can be lost
+    child.sendline("source <(structagent completion bash); echo re''ady")
     child.expect("ready\r\n> ")
 
     def completed(begun: str, expected: str) -> None:

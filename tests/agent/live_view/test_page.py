@@ -221,8 +221,16 @@ def test_a_long_session_keeps_the_page_small(opened, server, view, screen, table
                 page.value("1")  # the page keeps up
         screen.note(name)
         page.wait(f"document.querySelector('#log p:last-child')?.textContent === {name!r}")
-        page.value("gc()")
-        return page.value("structagent.scene.gl.kept"), page.value("performance.memory.usedJSHeapSize")
+        return page.value("structagent.scene.gl.kept"), least_heap()
+
+    def least_heap() -> int:
+        """Return the bytes that several collections leave: one alone may come while a picture is being drawn."""
+        sizes = []
+        for _ in range(5):
+            page.value("new Promise(done => setTimeout(done, 100))")
+            page.value("gc()")
+            sizes.append(page.value("performance.memory.usedJSHeapSize"))
+        return min(sizes)
 
     round_of("first")
     buffers, heap = round_of("second")
