@@ -54,7 +54,7 @@ _JOINS = tuple(
 
 def objects_exchanged(turn: Turn) -> GoalRevision | None:
     """Return the goal with other objects in place of some, or more in a structure; `None` where that is not said."""
-    template, named = _template(turn)
+    template, named = sentence_template(turn)
     if len(named) == 2 and any(pattern.fullmatch(template) for pattern in _EXCHANGES):
         return _with_others(turn, *named)
     if len(named) == 1 and any(pattern.fullmatch(template) for pattern in _JOINS):
@@ -63,7 +63,7 @@ def objects_exchanged(turn: Turn) -> GoalRevision | None:
 
 
 @dataclass(frozen=True)
-class _Named:
+class NamedObjects:
     """Objects that a phrase fits, and whether it may mean several of them."""
 
     indices: tuple[int, ...]
@@ -75,7 +75,7 @@ class _Named:
         return found if self.several or len(found) == 1 else ()
 
 
-def _template(turn: Turn) -> tuple[str, list[_Named]]:
+def sentence_template(turn: Turn) -> tuple[str, list[NamedObjects]]:
     """Return the sentence with "<0>" and so on for its objects and "<part>" for its parts, and what the objects are."""
     phrases = turn.said.mentions
     spans: list[tuple[Span, str]] = [(one.span, "<part>") for one in turn.said.parts]
@@ -83,12 +83,12 @@ def _template(turn: Turn) -> tuple[str, list[_Named]]:
     said = turn.said.said
     for (first, end), word in sorted(spans, reverse=True):
         said = f"{said[:first]}{word}{said[end:]}"
-    named = [_Named(one.indices, one.mention.plural) for one in phrases]
+    named = [NamedObjects(one.indices, one.mention.plural) for one in phrases]
     while (both := _LISTED.search(said)) is not None:  # "the bowl and the plate" are one phrase
         first, second = int(both["first"]), int(both["second"])
         clear = all(named[k].several or len(named[k].indices) == 1 for k in (first, second))
         indices = (*named[first].indices, *named[second].indices) if clear else ()
-        named[first], named[second] = _Named(indices, True), _Named((), True)
+        named[first], named[second] = NamedObjects(indices, True), NamedObjects((), True)
         said = f"{said[: both.start()]}<{first}>{said[both.end() :]}"
     kept = [number for number in range(len(named)) if f"<{number}>" in said]
     for place, number in enumerate(kept):
@@ -96,7 +96,7 @@ def _template(turn: Turn) -> tuple[str, list[_Named]]:
     return said, [named[number] for number in kept]
 
 
-def _with_others(turn: Turn, one: _Named, other: _Named) -> GoalRevision | None:
+def _with_others(turn: Turn, one: NamedObjects, other: NamedObjects) -> GoalRevision | None:
     known = set(turn.last.named_objects())
     everything = set(range(len(turn.said.objects)))
     inside = [bool(set(each.indices) & known) for each in (one, other)]
@@ -133,7 +133,7 @@ def _all_of(goal: Goal, part: StructurePart | RelationPart) -> tuple[int, ...]:
     return (*objects_of(goal, part.objects), *objects_of(goal, reference))
 
 
-def _with_more(turn: Turn, joining: _Named) -> GoalRevision | None:
+def _with_more(turn: Turn, joining: NamedObjects) -> GoalRevision | None:
     """Return the goal in which further objects join the structure that is spoken of, or the only one."""
     spoken = [number for one in turn.said.parts for number in one.numbers]
     numbers = spoken or [n for n, part in enumerate(turn.last.parts) if isinstance(part, StructurePart)]

@@ -14,6 +14,7 @@ from grounding.dialogue.goal_changes import listed, objects_of
 from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, anew, new_goal
 from grounding.dialogue.interjections import without_interjections
+from grounding.dialogue.line_ends import placed_at_an_end
 from grounding.dialogue.object_exchanges import objects_exchanged
 from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged, said_besides
 from grounding.dialogue.part_changes import edited
@@ -97,6 +98,8 @@ def revise_goal(
     text = _about_it(_with_unit(without_interjections(text), last), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
     turn = Turn(last, text, said, reader, stands, built, not built and not declined)
+    if last.parts and (at_an_end := placed_at_an_end(turn)) is not None:
+        return at_an_end
     return second_opinion(turn, _supported(turn, _by_rules(turn)))
 
 
