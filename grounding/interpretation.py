@@ -21,6 +21,7 @@ from grounding.goal_network.second_reader import (
     excepts,
     keeps,
     notes_of,
+    sorts,
 )
 from grounding.goal_reading.reader import GoalReading, ReadsGoals, more_than_plain
 from grounding.goal_reading.unread_words import unread_note
@@ -189,7 +190,9 @@ class Interpretation:
         idle = self.parse.status == "refused" and REFUSALS["idle"] in self.parse.message
         text = self.parse.text
         asks_place = self.question is not None and self.question.slot != OBJECT
-        known = FirstReading(first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place)
+        known = FirstReading(
+            first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place, sorts(text)
+        )
         found = self
         if counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)

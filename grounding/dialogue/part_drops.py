@@ -9,10 +9,11 @@ from dataclasses import replace
 from grounding.dialogue.goal_changes import listed, numbered, objects_of, without_parts
 from grounding.dialogue.goal_mentions import GoalText, Span
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
+from grounding.dialogue.object_exchanges import sentence_template
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Part, StructurePart
+from grounding.goals.parts import Part, RelationPart, StructurePart
 from grounding.parse_result import Question
 
 _POLITE = (
@@ -45,6 +46,10 @@ _FILLERS = FILLERS | frozenset(
     "omit leave out off get rid take away don't do not want need we keep only just nothing alone where was "
     "were as like touch use build else peace needed isn't go can completely entirely altogether again after "
     "all too either anymore any more nor neither".split()
+)
+_TAKEN_OFF = re.compile(
+    rf"{_POLITE}(?:take|get|remove|lift|pull) (?:the )?<0> (?:(?:back )?(?:off|out)(?: of)?|from) (?:the )?<1>"
+    r"(?:[ ,]+(?:again|please|now|then|after all))*"
 )
 # Between two clauses that each drop or keep something.
 _CLAUSE = re.compile(
@@ -97,6 +102,30 @@ def dropped(text: GoalText) -> tuple[Goal, frozenset[int]] | None:
             f"nothing is dropped; say “only …” to drop all others. The goal is: {listed(text.goal, text.names)}"
         )
     return (goal, frozenset(gone - kept)) if any_drop else None
+
+
+def taken_off(turn: Turn) -> GoalRevision | None:
+    """Return the goal in which objects go on or into no other any more: "take the banana out of the bowl".
+
+    Returns:
+        `None` where no part of the goal puts them there, or where it was built: they then need another place.
+    """
+    template, named = sentence_template(turn)
+    if turn.built or len(named) != 2 or _TAKEN_OFF.fullmatch(template) is None:
+        return None
+    for number, part in enumerate(turn.last.parts):
+        if not isinstance(part, RelationPart) or part.relation not in ("on", "in"):
+            continue
+        own = set(objects_of(turn.last, part.objects))
+        taken = named[0].of(own)
+        if not taken or not named[1].of(set(objects_of(turn.last, part.reference))):
+            continue
+        left = tuple(one for one in objects_of(turn.last, part.objects) if one not in taken)
+        if not left:
+            return fewer_parts(turn, turn.last, frozenset({number}))
+        goal = Goal((*turn.last.parts[:number], replace(part, objects=left), *turn.last.parts[number + 1 :]))
+        return GoalRevision(goal, "ok", "edit", "", (number,))
+    return None
 
 
 def _restricted(text: GoalText, goal: Goal, targets: Collection[int]) -> Goal:

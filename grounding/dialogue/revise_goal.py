@@ -18,7 +18,7 @@ from grounding.dialogue.line_ends import placed_at_an_end
 from grounding.dialogue.object_exchanges import objects_exchanged
 from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged, said_besides
 from grounding.dialogue.part_changes import edited
-from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, which_is_dropped
+from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, taken_off, which_is_dropped
 from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.part_relations import parts_related
 from grounding.dialogue.part_replacements import (
@@ -122,7 +122,7 @@ def _by_rules(turn: Turn) -> GoalRevision:
     if last.parts and (afresh := _START_AFRESH.fullmatch(text.strip())) is not None:
         return anew(turn, turn.reader.read(afresh["rest"]), afresh["rest"])
     if last.parts and len(text) <= _LONGEST_CORRECTION:
-        if (other := objects_exchanged(turn) or parts_related(turn)) is not None:
+        if (other := objects_exchanged(turn) or parts_related(turn) or taken_off(turn)) is not None:
             return other
     spec = last.plain_spec if last.parts else StructureSpec()
     if spec is not None:

@@ -110,8 +110,9 @@ def _unused_side(turn: Turn, goal: Goal) -> str:
         said = f"{said[:first]} {said[end:]}"
     values = " ".join(describe_part(part, None) for part in goal.parts if part not in turn.last.parts)
     for side, shown in SIDES.items():
-        if re.search(rf"\b(?:{side})\b", said) and values and not re.search(shown, values):
-            return f"{side.split('|')[0]!r} would be left out"
+        match = re.search(rf"\b(?:{side})\b", said)
+        if match is not None and values and not re.search(shown, values):
+            return f"{match.group()!r} would be left out"
     return ""
 
 
@@ -129,6 +130,11 @@ def _of_the_goal(turn: Turn, goal: Goal) -> str:
 
 def _half_new(turn: Turn, goal: Goal) -> str:
     """A relation of objects that the goal has is no new goal: "bottle before the jar" changes the order of the line."""
+    exchanged = [set(_both(part)) for part in goal.parts if isinstance(part, RelationPart) and part.relation == "swapped"]
+    for part in turn.last.structures if turn.open and not AFRESH.search(turn.said.said) else ():
+        if any(ends <= set(objects_of(turn.last, part.objects)) for ends in exchanged):
+            kind = part.shape or "structure"
+            return f"the {kind} does not say where each of its objects stands; “scrap that, …” exchanges them on the table"
     alone = len(turn.last.parts) == 1 and isinstance(turn.last.parts[0], RelationPart)
     asks = any(VERBS.get(word, "leave") != "leave" for word in turn.said.said.split())
     if turn.built or alone or asks or AFRESH.search(turn.said.said):

@@ -106,6 +106,8 @@ KEPT = _having(
 SIDES = {
     "left": r"left|west", "right": r"right|east", "back|rear": r"top|far|behind|away|back|north",
     "front": r"bottom|near|front|closer|south",
+    r"(?:top|upper)(?=[ -](?:left|right))": r"top|far|behind|away|back|north",
+    r"(?:bottom|lower)(?=[ -](?:left|right))": r"bottom|near|front|closer|south",
 }  # fmt: skip
 # With these a side may be denied, corrected, a way to move, or no side at all.
 NO_SIDE = _having(

@@ -16,7 +16,7 @@ from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revision_checks import unsupported
 from grounding.dialogue.structure_edits import revised_structure
-from grounding.goal_network.second_reader import WEIGHTY, NetworkReading
+from grounding.goal_network.second_reader import WEIGHTY, NetworkReading, brings_together
 from grounding.goals.comparison import compare_goals
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
@@ -47,7 +47,7 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
     if found.status == "ok" and computed:
         return found  # the network cannot calculate
     second = turn.reader.corrected(turn.last, turn.text)
-    if second is None or second.question is not None or WEIGHTY & set(second.uncopied):
+    if second is None or second.question is not None or WEIGHTY & set(second.uncopied) or brings_together(second):
         return found
     if found.status == "ok":
         return _doubted(turn, found, second)

@@ -63,6 +63,10 @@ WEIGHTY_IF_UNKNOWN = frozenset(
     "later yesterday minutes seconds hours touch touches touching contact something somehow space room "
     "denser sparser trapezoid hexagon pentagon octagon rhombus".split()
 )
+# An order that an instruction asks for.
+_ORDERED = re.compile(
+    r"\b(?:in (?:order|sequence) of|in (?:\w+ )?order|ordered|sort(?:ed)?|by (?:size|height|width|volume|weight))\b", re.IGNORECASE
+)
 _FAR = frozenset("far away farther further farthest furthest".split())
 
 
@@ -217,6 +221,7 @@ class FirstReading:
         excepts: whether it may leave something out.
         keeps: whether it may say what stays as it is.
         asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
+        sorts: whether it asks for an order.
     """
 
     reading: GoalReading
@@ -227,6 +232,7 @@ class FirstReading:
     excepts: bool = False
     keeps: bool = False
     asks_place: bool = False
+    sorts: bool = False
 
     @property
     def plain(self) -> bool:
@@ -253,12 +259,14 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         return False
     if WEIGHTY & set(second.uncopied) or first.asks_place:
         return False
-    if _lacks_objects(second, first) or _brings_together(second):
+    if _lacks_objects(second, first) or brings_together(second) or (first.sorts and not _sorted(second.goal)):
         return False
     if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
         return False  # the network knows no pairs
     if first.status == "ok":
         if first.plain and (count is None or supports(second.goal, first.goal)):
+            return False
+        if reading.complete and not reading.corrected and _loses(second.goal, first.goal):
             return False
         enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
         enough = enough and (first.half_read or not first.excepts)
@@ -277,9 +285,21 @@ def _lacks_objects(second: NetworkReading, first: FirstReading) -> bool:
     return not (everything or first.keeps) and any(named.isdisjoint(each) for each in first.reading.left_over)
 
 
-def _brings_together(second: NetworkReading) -> bool:
+def _loses(goal: Goal, other: Goal) -> bool:
+    """Return whether a goal lacks what another one was understood to ask for: an object, or a part among others."""
+    fewer = len(goal.parts) < len(other.parts) and all(part in other.parts for part in goal.parts)
+    everything = any(part.objects is None for part in goal.structures)
+    return fewer or not (everything or set(other.named_objects()) <= set(goal.named_objects()))
+
+
+def _sorted(goal: Goal) -> bool:
+    return any(part.order is not None or part.group_by is not None for part in goal.structures)
+
+
+def brings_together(second: NetworkReading) -> bool:
     """Return whether the network's goal puts something next to what the instruction wants it far from."""
-    relations = [part for part in second.goal.parts if isinstance(part, RelationPart)]
+    parts = () if second.goal is None else second.goal.parts
+    relations = [part for part in parts if isinstance(part, RelationPart)]
     near = any(part.relation == "next to" and part.distance is None for part in relations)
     return near and "from" in second.uncopied and not _FAR.isdisjoint(second.uncopied)
 
@@ -324,6 +344,11 @@ def supports(goal: Goal, plain: Goal) -> bool:
 def excepts(text: str) -> bool:
     """Return whether an instruction may leave something out of what it names."""
     return _EXCEPTION.search(text) is not None
+
+
+def sorts(text: str) -> bool:
+    """Return whether an instruction asks for an order of objects."""
+    return _ORDERED.search(text) is not None
 
 
 def keeps(text: str) -> bool:

@@ -234,13 +234,22 @@ class FrameObjects:
     def _fitting(self, predicate: Predicate) -> Callable[[tuple[Any, ...]], bool]:
         """Return what tells whether objects can be what a relation is said of: not what is placed; for "in" a vessel."""
         subject, candidates = self.find.subject or (), self.find.candidates
+        covered = self._covered("top" in predicate.said.lower()) if predicate.value == "on" else set()
 
         def fits(objects: tuple[Any, ...]) -> bool:
-            if set(objects) & set(subject):
+            if set(objects) & set(subject) or set(objects) & covered:
                 return False
             return predicate.value != "in" or candidates is None or all(candidates.holds(one) for one in objects)
 
         return fits
+
+    def _covered(self, on_top: bool) -> set[Any]:
+        """Return what carries another object of a stack: "stack the tuna can on the soup can and the orange on top"."""
+        before = self.known.frame
+        if before is None or not (on_top or before.verb_said.lower().startswith(("stack", "pil"))):
+            return set()
+        carried = (part.relation for part in self.drafts if part.relation is not None and part.relation.relation == "on")
+        return {one for each in carried if isinstance(each.reference, tuple) for one in each.reference}
 
     def references(self, frame: Frame) -> dict[int, Objects]:
         """Find what each relation of a frame is said of: its first word -> the objects."""

@@ -24,6 +24,7 @@ from grounding.goal_reading.reports import without_reports
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, fluent, joined, split, with_lengths
+from grounding.goal_reading.vague_directions import vague_direction
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
 from grounding.parse_result import OBJECT, Question, shortened
@@ -162,6 +163,8 @@ class GoalReader:
             never=never,
             paired=bool(paired),
         )
+        if reason := vague_direction(text, chunks):
+            return replace(reading, problem=reason, definite=True, beyond=True)
         if (choice := alternatives(chunks)) is not None:
             words = f"{choice[0].said} or {choice[1].said}"
             fitting = () if there is None or catalogue else (i for one in choice for i in find.fitting(one.value))
@@ -245,7 +248,7 @@ def more_than_plain(goal: Goal) -> bool:
 
 
 def _possessives_apart(said: Words) -> Words:
-    """Say "to the box's left" as "to the left of the box"."""
+    """Say "to the box's left" as "to the left of the box", and "on the box's left side" likewise."""
     words, spans = list(said.words), list(said.spans)
     for at in range(len(words) - 3):
         owner = words[at + 2]
@@ -255,6 +258,9 @@ def _possessives_apart(said: Words) -> Words:
             and owner.endswith("'s")
             and words[at + 3] in ("left", "right")
         ):
-            words[at : at + 4] = [words[at], "the", words[at + 3], "of", "the", owner.removesuffix("'s")]
-            spans[at : at + 4] = [spans[at], spans[at + 1], spans[at + 3], spans[at + 3], spans[at + 1], spans[at + 2]]
+            side = 1 if words[at + 4 : at + 5] == ["side"] else 0
+            end = at + 4 + side
+            last = spans[end - 1]
+            words[at:end] = [words[at], "the", words[at + 3], "of", "the", owner.removesuffix("'s")]
+            spans[at:end] = [spans[at], spans[at + 1], spans[at + 3], last, spans[at + 1], spans[at + 2]]
     return joined(said.text, words, spans)

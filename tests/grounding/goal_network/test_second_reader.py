@@ -17,11 +17,12 @@ from grounding.goal_network.second_reader import (
     doubted,
     excepts,
     notes_of,
+    sorts,
 )
 from grounding.goal_network.writer import NetworkWriter
 from grounding.goal_reading.reader import GoalReading
 from grounding.goals.goal import Goal
-from grounding.goals.parts import RelationPart, StructurePart
+from grounding.goals.parts import Order, RelationPart, StructurePart
 from grounding.interpreter import Interpreter
 
 TOWER = Goal((StructurePart("tower", objects=(0, 1)),))
@@ -77,6 +78,22 @@ def test_another_goal_is_replaced_only_where_the_network_is_nearly_sure_and_read
     assert not counts(read(other, MORE_CERTAIN - 0.01), complete, 3)
     assert not counts(read(TRIANGLE), complete, 3)
     assert not counts(read(other), replace(complete, excepts=excepts("all but the red one")), 3)
+
+
+def test_a_network_goal_that_loses_what_was_understood_is_not_taken():
+    at, behind = RelationPart("at", (1,), y_position="top"), RelationPart("behind", (1,), (0,))
+    complete = FirstReading(GoalReading(goal=Goal((at, behind))), "ok", Goal((at, behind)), True, False)
+    assert not counts(read(Goal((behind,))), complete, 3)  # without the place
+    named = FirstReading(GoalReading(goal=Goal((behind,))), "ok", Goal((behind,)), True, False)
+    assert not counts(read(Goal((at,))), named, 3)  # without what it stands behind
+    half_read = replace(complete, reading=replace(complete.reading, residue=("egypt",)))
+    assert counts(read(Goal((behind,))), half_read, 3)
+
+
+def test_an_order_that_is_asked_for_is_not_lost():
+    sorting = replace(REFUSED, sorts=sorts("put things in order of size"))
+    assert not counts(read(LINE), sorting, 3)
+    assert counts(read(Goal((StructurePart("line", objects=(0, 1), order=Order("height")),))), sorting, 3)
 
 
 def test_a_plain_structure_of_a_half_read_sentence_needs_a_second_vote():
