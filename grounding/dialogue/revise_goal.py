@@ -158,6 +158,9 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
     if absent and (plain.kind, plain.status) == ("edit", "ok"):
         return GoalRevision(last, "refused", message=f"there is no {absent[0]!r} here; nothing was changed")
     read = _read_whole(turn, text)
+    named = any(one.indices for one in turn.said.mentions)
+    if not last.parts and named and read.status == "refused" and (plain.kind, plain.status) == ("edit", "ok"):
+        return new_goal(last, read, text)  # nothing is there that "phone next to the nearer mug" could correct
     if read.goal.parts and read.goal.plain_spec is None:
         return _of_its_own_objects(turn, read) or said_besides(turn, read) or anew(turn, read)
     if plain.kind == "new" and (more := said_besides(turn, read)) is not None:

@@ -63,6 +63,7 @@ WEIGHTY_IF_UNKNOWN = frozenset(
     "later yesterday minutes seconds hours touch touches touching contact something somehow space room "
     "denser sparser trapezoid hexagon pentagon octagon rhombus".split()
 )
+_PARALLEL = frozenset("parallel perpendicular".split())  # of a line to an edge; no goal holds how an object lies
 # An order that an instruction asks for.
 _ORDERED = re.compile(
     r"\b(?:in (?:order|sequence) of|in (?:\w+ )?order|ordered|sort(?:ed)?|by (?:size|height|width|volume|weight))\b", re.IGNORECASE
@@ -258,6 +259,8 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     if second.goal is None or not first.requests or settled:
         return False
     if WEIGHTY & set(second.uncopied) or first.asks_place:
+        return False
+    if _PARALLEL & set(second.uncopied) and not any(part.along for part in second.goal.structures):
         return False
     if _lacks_objects(second, first) or brings_together(second) or (first.sorts and not _sorted(second.goal)):
         return False

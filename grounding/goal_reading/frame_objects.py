@@ -214,7 +214,9 @@ class FrameObjects:
             key = tuple((phrase.first, phrase.end) for phrase in phrases if phrase.kind == "pronoun")
             if key and key in self._meant:
                 return self._meant[key]
-            found = self.objects(phrases, pairs=predicate.value == "between", fits=self._fitting(predicate))
+            found = self._chained(predicate, phrases)
+            if found is None:
+                found = self.objects(phrases, pairs=predicate.value == "between", fits=self._fitting(predicate))
             if len(phrases) == 1 and phrases[0].kind == "pronoun":
                 self.known.keep(found, phrases[0])
             elif isinstance(found, PartReference):  # "behind the row"
@@ -230,6 +232,15 @@ class FrameObjects:
                 )
             )
         return found
+
+    def _chained(self, predicate: Predicate, phrases: Sequence[NounPhrase]) -> tuple[Any, ...] | None:
+        """Return what was placed last, if "that" is said in the same relation: "behind the box, and the can behind that"."""
+        before = self.known.frame
+        if len(phrases) != 1 or phrases[0].text.lower() not in ("that", "that one") or before is None:
+            return None
+        same = any(each.kind == "relation" and each.value == predicate.value for each in before.predicates)
+        last = self.known.last
+        return last if same and last is not None and not set(last) & set(self.find.subject or ()) else None
 
     def _fitting(self, predicate: Predicate) -> Callable[[tuple[Any, ...]], bool]:
         """Return what tells whether objects can be what a relation is said of: not what is placed; for "in" a vessel."""

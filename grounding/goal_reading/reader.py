@@ -21,9 +21,10 @@ from grounding.goal_reading.lost_wishes import lost_wishes, never_held, without_
 from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.pairings import paired_words
 from grounding.goal_reading.reports import without_reports
+from grounding.goal_reading.rewordings import reworded
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
 from grounding.goal_reading.spelling import corrected
-from grounding.goal_reading.tokens import Words, fluent, joined, split, with_lengths
+from grounding.goal_reading.tokens import Words, fluent, split, with_lengths
 from grounding.goal_reading.vague_directions import vague_direction
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
@@ -207,7 +208,7 @@ class GoalReader:
     def chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
         """Divide an instruction into chunks, typing errors mended."""
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
-        said: Words = _possessives_apart(fluent(split(text, lambda word: corrected(word, nouns, known))))
+        said: Words = reworded(fluent(split(text, lambda word: corrected(word, nouns, known))))
         said, metres = with_lengths(said, lengths_of(said))
         narrated = Sentences(list(said.words), nouns.forms).narrated
         chunks = without_idle_conditions(Chunker(said, metres, nouns).chunks(), narrated)
@@ -245,22 +246,3 @@ def more_than_plain(goal: Goal) -> bool:
         return bool(goal.parts)
     part = goal.parts[0]
     return isinstance(part, RelationPart) or bool(part.keys) or part.shape not in (None, *FIRST_SHAPES)
-
-
-def _possessives_apart(said: Words) -> Words:
-    """Say "to the box's left" as "to the left of the box", and "on the box's left side" likewise."""
-    words, spans = list(said.words), list(said.spans)
-    for at in range(len(words) - 3):
-        owner = words[at + 2]
-        if (
-            words[at] in ("to", "on")
-            and words[at + 1] in ("the", "my")
-            and owner.endswith("'s")
-            and words[at + 3] in ("left", "right")
-        ):
-            side = 1 if words[at + 4 : at + 5] == ["side"] else 0
-            end = at + 4 + side
-            last = spans[end - 1]
-            words[at:end] = [words[at], "the", words[at + 3], "of", "the", owner.removesuffix("'s")]
-            spans[at:end] = [spans[at], spans[at + 1], spans[at + 3], last, spans[at + 1], spans[at + 2]]
-    return joined(said.text, words, spans)

@@ -13,6 +13,7 @@ from grounding.references.attributes import COMPARATIVES, MEASURES, SUPERLATIVES
 from grounding.references.candidates import Candidates
 from grounding.references.phrases import ANY, Mention
 
+_ONE_THING = re.compile(r"(?:the|that|this|one) (?:thing|object|item|one)\b", re.IGNORECASE)
 _SHARE = re.compile(
     r"(?:about |roughly )?(?:half|most|a few|few|several|some of|many of|a handful|part of|a third|a quarter)\b", re.IGNORECASE
 )
@@ -229,6 +230,8 @@ class SceneReferences:
         mention = phrase.mention
         if mention.count is None and _SHARE.match(phrase.text) and len(found) > 1 and not self.catalogue:
             raise ReadingQuestion(self._question(phrase.text, found))
+        if mention.count is None and _ONE_THING.match(phrase.text) and len(found) > 1 and not self.catalogue:
+            raise ReadingQuestion(self._question(phrase.text, found))  # "the thing I write with" is one of the pens
         if mention.count is None:
             return sorted(found)
         if mention.count < 0:

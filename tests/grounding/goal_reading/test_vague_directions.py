@@ -70,3 +70,23 @@ def test_one_direction_and_places_on_the_table(interpreter, text, parts):
 )
 def test_on_top_is_the_top_of_what_was_stacked(interpreter, text, on):
     assert interpreter.interpret(text, DINNER).goal.parts[1] == RelationPart("on", (4,), (on,))
+
+
+@pytest.mark.parametrize("text", ["put the cup between me and the plate", "cup between the plate and me"])
+def test_between_the_speaker_and_an_object_is_in_front_of_it(interpreter, text):
+    assert interpreter.interpret(text, DINNER).goal.parts == (RelationPart("in front of", (4,), (0,)),)
+
+
+def test_that_is_what_was_placed_last_in_the_same_relation(interpreter):
+    found = interpreter.interpret("put the cup behind the plate and the bowl behind that", DINNER)
+    assert found.goal.parts[1] == RelationPart("behind", (5,), (4,))
+
+
+def test_how_an_object_lies_is_not_dropped(interpreter):
+    found = interpreter.interpret("the spoon on top of the plate, parallel to the front edge", DINNER)
+    assert (found.status, found.goal.parts) == ("refused", ())
+
+
+def test_one_thing_for_a_use_is_one_object(interpreter):
+    found = interpreter.interpret("put the thing I eat with next to the cup", DINNER)
+    assert found.status == "ask" and {"fork", "knife", "spoon"} & set(found.question.options)
