@@ -17,6 +17,7 @@ _REWORDED = tuple(
         (r"^nah\b", "no"),
         (r"^(?:(?:it's|that's) )?(?:the )?wrong way (?:a)?round[,.;!]+ (?=\S)", ""),
         (r"^(?!i mean)(?P<what>.+?),? i mean(?:t)?$", r"i meant \g<what>"),
+        (r",\s*(?:right|ok|okay|yes|yeah|alright)\s*\?+$", ""),  # "that one is out, right?"
         (r",? leave (?:that|it|those|them)(?: alone| there| be)?$", ""),
         (r"^plus(?=,? (?:the|a|an|my|your|that|this|those|these)\b)", "and"),
         (r"^(?:what|how) about (?!a\b|an\b)(?P<what>.+?)(?: instead)?\??$", r"\g<what> instead"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -30,6 +30,9 @@ _END = (
     r"(?:(?:at|on|onto|to|in|as)[ ,]+)?(?:the |its )?(?:very )?"
     rf"(?:(?:far (?=left|right))?(?P<end>{_SIDES}|other|opposite)(?:[ -]?hand|[ -]?most)? end|(?P<last>end|tail|last(?: one)?)"
     rf"|(?P<first>beginning|start|head|first(?: one)?)){_OF_IT}"
+    r"|(?:at |on |as )?(?:the )?(?P<most>left|right|front|rear)most(?: one)?(?: of (?:<part>|it|them))?"
+    r"|(?:in|into|at) (?:the |its )?(?:very )?(?P<middle>middle|center|centre)(?: one)? of (?:<part>|it|them)"
+    r"|(?P<between>between|in between) the other two(?: (?:ones|objects))?"
 )
 _TOWER_END = (
     r"(?:at|on|to)[ ,]+(?:the )?very (?P<end>top|bottom)(?: of (?:<part>|it))?|(?P<last>topmost)|(?P<first>bottommost)"
@@ -77,14 +80,10 @@ def placed_at_an_end(turn: Turn) -> GoalRevision | None:
         message = f"{where} is ordered by {part.order.by}, which says what stands at its ends; say another order"
         return GoalRevision(turn.last, "refused", message=message)
     groups = match.groupdict()
-    ends = [_start_of(groups["end"])] if groups["end"] else ["last" if groups["last"] else "first"]
-    if ends == [None]:  # "the other end"
-        ends = _other_ends(part, placed)
+    ends = _ends(part, placed, groups)
     found = [_at_end(part, placed, end) for end in ends]  # type: ignore[arg-type]
     if None in found or not found:
-        says = f"from {part.order.start}" if part.order and part.order.start else "by its shape"
-        message = f"{where} has no such end: its order is given {says}"
-        return GoalRevision(turn.last, "refused", message=message)
+        return GoalRevision(turn.last, "refused", message=_no_such_place(part, where, ends))
     goals = list[Goal]()
     with suppress(GoalError):
         goals = [with_part(turn.last, number, each) for each in found if each is not None]
@@ -116,8 +115,13 @@ def _placed(turn: Turn, goal: Goal, part: StructurePart, named: NamedObjects) ->
     return inside or outside
 
 
-def _start_of(end: str) -> str | None:
-    return _START_OF.get(end)
+def _ends(part: StructurePart, placed: tuple[int, ...], said: Mapping[str, str | None]) -> list[str]:
+    """Return the ends that the named groups of a pattern may mean."""
+    if said.get("middle") or said.get("between"):
+        return ["middle"]
+    if word := said.get("end") or said.get("most"):
+        return [_START_OF[word]] if word in _START_OF else _other_ends(part, placed)
+    return ["last" if said.get("last") else "first"]
 
 
 def _other_ends(part: StructurePart, placed: tuple[int, ...]) -> list[str]:
@@ -146,8 +150,19 @@ def _at_end(part: StructurePart, placed: tuple[int, ...], end: str) -> Structure
         if end not in (start, _OPPOSITE[start]):
             return None
         end = "first" if end == start else "last"
+    if end == "middle":
+        half, odd = divmod(len(others), 2)
+        return None if odd else replace(part, order=order, objects=(*others[:half], *placed, *others[half:]))  # type: ignore[arg-type]
     objects = (*placed, *others) if end == "first" else (*others, *placed)
     return replace(part, order=order, objects=objects)  # type: ignore[arg-type]
+
+
+def _no_such_place(part: StructurePart, where: str, ends: list[str]) -> str:
+    if ends == ["middle"]:
+        return f"{where} would have an even number of objects, so that none stands in its middle"
+    if part.order is not None and part.order.start is not None:
+        return f"{where} has no such end: its order is given from {part.order.start}"
+    return f"{where} has no such end"
 
 
 def _answer(turn: Turn, number: int, goals: list[Goal], before: StructurePart) -> GoalRevision | None:

@@ -29,6 +29,7 @@ _EXCHANGES = tuple(
         r"<0>[ ,]+(?:and |but )?not (?:the )?<1>",
         r"not (?:the )?<0>[ ,]+(?:but )?(?:the )?<1>",
         r"(?:without |no )(?:the )?<0>[ ,]+(?:but )?(?:the )?<1> instead",
+        r"no <0>[ ,]+but (?:the )?<1>",
         r"<0> (?:instead of|in place of|rather than|in the place of) (?:the )?<1>",
         r"(?:instead of|in place of|rather than|in the place of) (?:the )?<0>[ ,]+(?:take |use |put )?(?:the )?<1>",
         r"(?:replace|swap|exchange|switch|trade|substitute|change) (?:out )?(?:the )?<0>"

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 from grounding.dialogue.goal_changes import added, listed, numbered, objects_of, references_of, with_part
-from grounding.dialogue.goal_mentions import GoalText
+from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.revision_words import AFRESH, INSTEAD
@@ -24,14 +24,18 @@ _ADDING = re.compile(
     r"|now also)[ ,]+"
 )
 _ADDED = re.compile(r"[ ,]+(?:too|as well|also|in addition|on top of that|afterwards|after that)$")
+_ANOTHER_SHAPE = re.compile(
+    r"\b(?:a second|another|one more|an additional|an extra|a further) (?:(?:small|medium|large|big|tight|wide|long|short) )?"
+    rf"(?:{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})\b"
+)
 ALL_THERE = re.compile(r"\b(?:everything|all|rest|others?|remaining|objects|things|items)\b", re.IGNORECASE)
 _SAYING_NOTHING = FILLERS - frozenset("on in by with from up out over to at into".split())
 _PRONOUN = re.compile(r"\b(?:it|them|they|that)\b")
 
 
 def adds(turn: Turn) -> bool:
-    """Tell whether a sentence begins or ends with words that add: "also", "and", "too"."""
-    return _ADDING.match(turn.said.said) is not None or _ADDED.search(turn.said.said) is not None
+    """Tell whether a sentence has words that add: "also" or "and" at its beginning, "too" at its end, "a second line"."""
+    return any(pattern.search(turn.said.said) for pattern in (_ADDING, _ADDED, _ANOTHER_SHAPE))
 
 
 def addition(turn: Turn) -> GoalRevision | None:

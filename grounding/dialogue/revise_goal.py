@@ -15,7 +15,9 @@ from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, anew, new_goal
 from grounding.dialogue.interjections import without_interjections
 from grounding.dialogue.line_ends import placed_at_an_end
-from grounding.dialogue.object_exchanges import objects_exchanged
+from grounding.dialogue.listed_orders import ordered_as_listed
+from grounding.dialogue.object_exchanges import objects_exchanged, sentence_template
+from grounding.dialogue.opposite_sides import on_the_opposite_side
 from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged, said_besides
 from grounding.dialogue.part_changes import edited
 from grounding.dialogue.part_drops import dropped, fewer_parts, nothing_left, taken_off, which_is_dropped
@@ -34,7 +36,7 @@ from grounding.dialogue.scene_reader import GoalReader, SpokenReading
 from grounding.dialogue.second_opinion import goal_after, second_opinion
 from grounding.dialogue.sentence_kind import REPLACING, corrects, is_new, is_whole, orders, without_marker
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError
+from grounding.goals.parts import GoalError, RelationPart
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
 from grounding.references.phrases import ANY
@@ -46,6 +48,7 @@ _BESIDE_IT = re.compile(
     r"\b(?:behind|in front of|(?:left|right) of|next to|beside|near|on|on top of|in|inside|around|between) "
     r"(?:it|them|that|these|those|the (?:line|row|circle|ring|tower|stack|pile|table setting|setting))\b(?! with\b)"
 )
+_IT = re.compile(r"\bit\b")
 _THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
 _START_AFRESH = re.compile(
     r"(?:(?:no|nope|ok|okay|actually|hmm?|oh|wait|please|right|well|sorry|let's)[ ,.!]+)*"
@@ -54,6 +57,10 @@ _START_AFRESH = re.compile(
     r"|start(?:ing)? (?:again|over|afresh|from scratch)|new (?:plan|idea))\b[ ,.;:!-]+(?:and |then |just |instead )*"
     r"(?P<rest>.*\w.*?)(?:[ ,.;]+(?:and )?(?:(?:nothing|nowt) else|that's (?:it|all)))?[ .!]*",
     re.IGNORECASE | re.DOTALL,
+)
+_WAIVED = re.compile(
+    r"(?:(?:no|nope|ok|okay|actually|oh|wait|well|and|but)[ ,.!]+)*(?:never ?mind|forget|ignore|skip)(?: about)? "
+    r"(?:the |my )?<0>[,;.:]+ (?:and |just |instead )*(?P<rest>.*\bit\b.*)"
 )
 _BARE_NUMBER = re.compile(
     r"(?:(?:no|nope|actually|please|just|now|then)[ ,]+)*(?:make|say) (?:it|that|them) (?:about )?\d+(?:\.\d+)?[ .!]*",
@@ -97,10 +104,15 @@ def revise_goal(
     """
     text = _about_it(_with_unit(without_interjections(text), last), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
-    turn = Turn(last, text, said, reader, stands, built, not built and not declined)
-    if last.parts and (at_an_end := placed_at_an_end(turn)) is not None:
-        return at_an_end
+    turn = _without_waived(Turn(last, text, said, reader, stands, built, not built and not declined))
+    if last.parts and (read := _wholly_read(turn)) is not None:
+        return read
     return second_opinion(turn, _supported(turn, _by_rules(turn)))
+
+
+def _wholly_read(turn: Turn) -> GoalRevision | None:
+    """Return the effect of a sentence of which a single pattern has every word, so that nothing needs to be checked."""
+    return placed_at_an_end(turn) or ordered_as_listed(turn) or on_the_opposite_side(turn)
 
 
 def _supported(turn: Turn, found: GoalRevision) -> GoalRevision:
@@ -130,6 +142,19 @@ def _by_rules(turn: Turn) -> GoalRevision:
     if len(text) > _LONGEST_CORRECTION:
         return new_goal(last, turn.reader.read(text))
     return _revision(turn)
+
+
+def _without_waived(turn: Turn) -> Turn:
+    """Return "never mind the pan, put it on the left", said of what was placed by the pan, as "put the cup on the left"."""
+    match = _WAIVED.fullmatch(sentence_template(turn)[0]) if turn.last.parts else None
+    only = turn.last.parts[0] if len(turn.last.parts) == 1 else None
+    if match is None or not isinstance(only, RelationPart) or not isinstance(only.objects, tuple):
+        return turn
+    waived = set(turn.said.mentions[0].indices)
+    if len(only.objects) != 1 or not isinstance(only.objects[0], int) or not waived & set(objects_of(turn.last, only.reference)):
+        return turn
+    name = turn.said.names[only.objects[0]]
+    return turn.after(turn.last, f"no, {_IT.sub(f'the {name}', match['rest'], count=1)}")
 
 
 def _with_unit(text: str, last: Goal) -> str:

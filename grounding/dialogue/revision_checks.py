@@ -18,6 +18,7 @@ from grounding.dialogue.revision_words import (
     EVERYTHING,
     KEPT,
     NO_SIDE,
+    ONE_OF_A_ROW,
     SIDES,
     SUPERLATIVE,
     THAT_PLACE,
@@ -53,7 +54,7 @@ def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
     for before, after in _changed(turn.last, goal):
         if reason := unsaid(turn, goal, before, after):
             return reason
-    return _unused_object(turn, goal)
+    return _unclear_one(turn, goal) or _unused_object(turn, goal)
 
 
 def _changed(last: Goal, goal: Goal) -> Iterator[tuple[Part, Part]]:
@@ -125,6 +126,22 @@ def _of_the_goal(turn: Turn, goal: Goal) -> str:
     at = any(isinstance(part, RelationPart) and part.relation == "at" for part in new)
     if at and not orders and SUPERLATIVE.search(said) and any(part.order is not None for part in turn.last.structures):
         return "it may be about the order"
+    return ""
+
+
+def _unclear_one(turn: Turn, goal: Goal) -> str:
+    """After a structure "the middle one" is one of its objects, and not the object in the middle of the table."""
+    match = ONE_OF_A_ROW.search(turn.said.said)
+    inside = {one for part in turn.last.structures for one in objects_of(turn.last, part.objects)}
+    if match is None or not inside:
+        return ""
+    start, end = match.span()
+    meant = [set(one.indices) for one in turn.said.mentions if one.span[0] < end and one.span[1] > start]
+    new = [part for part in goal.parts if part not in turn.last.parts]
+    used = {one for part in new if isinstance(part, RelationPart) for one in _both(part)}
+    named = {one for said in turn.said.mentions if said.span[0] >= end or said.span[1] <= start for one in said.indices}
+    if (used - named) - inside or not meant and used - named:
+        return f"it is not clear which object {match.group()!r} is"
     return ""
 
 

@@ -70,6 +70,9 @@ FIRST_OR_LAST = _having("first last start starts begin begins end ends beginning
 # Of one of several objects: in a goal with an order it may speak of that.
 SUPERLATIVE = re.compile(r"\b(?:\w{3,}est|first|last)\b(?! (?:to|for))")
 THAT_PLACE = re.compile(r"\b(?:that|same|this|its|their|whose) (?:spot|place|position|corner|side|end)\b")
+ONE_OF_A_ROW = re.compile(
+    r"\bthe (?:middle|center|central|first|second|third|last|outer|end|leftmost|rightmost) (?:one|object|thing)\b"
+)
 # Sides of the table, not of an object.
 OF_THE_TABLE = _having("table desk edge rim corner side end corners")
 BARE_SIDE = re.compile(r"\b(?:in front|behind|left|right)\b(?! of)")

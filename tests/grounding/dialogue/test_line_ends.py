@@ -50,6 +50,9 @@ def say(parser, encoder):
         (LISTED, "move the red cup to the other end of the line", structure([1, 2, 0], FROM_LEFT)),
         (LISTED, "green cup first", structure([2, 0, 1], FROM_LEFT)),
         (LISTED, "bowl and banana at the end", structure([0, 1, 2, 4, 5], FROM_LEFT)),
+        (LISTED, "green cup leftmost", structure([2, 0, 1], FROM_LEFT)),
+        (LISTED, "the red cup in the middle of the line", structure([1, 0, 2], FROM_LEFT)),
+        (LISTED, "green cup between the other two", structure([0, 2, 1], FROM_LEFT)),
         (TOWER, "put the plate at the very bottom", structure([3, 0, 1, 2], listed("bottom"), "tower")),
     ],
 )
@@ -67,6 +70,7 @@ def test_an_order_that_nobody_gave_is_told(say):
     ("part", "text", "reason"),
     [
         (LISTED, "put the bowl at the far end", "no such end: its order is given from left"),
+        (LISTED, "put the bowl in the middle of it", "even number"),
         (structure([0, 1, 2], BY_HEIGHT), "put the bowl at the right end", "ordered by height"),
     ],
 )

@@ -82,6 +82,8 @@ def say(parser, encoder):
         (LINE, "swap the red cup and the green cup", "refused"),
         (FRUIT, "take the apple off the plate", FRUIT[:1]),
         (FRUIT[1:], "take the apple off the plate", "refused"),
+        (LINE, "no green cup, but the bowl", [structure("line", [0, 1, 4])]),
+        (LINE, "make a second line with the rest", [*LINE, structure("line", None)]),
         (TWO, "add the bowl to the circle", with_(TWO, 1, objects=[0, 1, 2, 4])),
         (TWO, "make the tower a line", with_(TWO, 0, shape="line")),
         (GAPS, "gaps of 10 cm", with_(GAPS, 0, gap=0.10)),
