@@ -10,13 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from grounding.dialogue.full_sentences import in_full, without_waived
 from grounding.dialogue.goal_changes import listed, objects_of
-from grounding.dialogue.goal_mentions import SHAPE_OF_NOUN, GoalText
+from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn, anew, new_goal
 from grounding.dialogue.interjections import without_interjections
 from grounding.dialogue.line_ends import placed_at_an_end
 from grounding.dialogue.listed_orders import ordered_as_listed
-from grounding.dialogue.object_exchanges import objects_exchanged, sentence_template
+from grounding.dialogue.object_exchanges import objects_exchanged
 from grounding.dialogue.opposite_sides import on_the_opposite_side
 from grounding.dialogue.part_additions import ALL_THERE, addition, adds, merged, said_besides
 from grounding.dialogue.part_changes import edited
@@ -36,7 +37,7 @@ from grounding.dialogue.scene_reader import GoalReader, SpokenReading
 from grounding.dialogue.second_opinion import goal_after, second_opinion
 from grounding.dialogue.sentence_kind import REPLACING, corrects, is_new, is_whole, orders, without_marker
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError, RelationPart
+from grounding.goals.parts import GoalError
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
 from grounding.references.phrases import ANY
@@ -44,12 +45,7 @@ from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
-_BESIDE_IT = re.compile(
-    r"\b(?:behind|in front of|(?:left|right) of|next to|beside|near|on|on top of|in|inside|around|between) "
-    r"(?:it|them|that|these|those|the (?:line|row|circle|ring|tower|stack|pile|table setting|setting))\b(?! with\b)"
-)
-_IT = re.compile(r"\bit\b")
-_THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
+_BESIDE_THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
 _START_AFRESH = re.compile(
     r"(?:(?:no|nope|ok|okay|actually|hmm?|oh|wait|please|right|well|sorry|let's)[ ,.!]+)*"
     r"(?:(?:scrap|forget|scratch|bin|ditch|cancel|never ?mind)(?: about)?"
@@ -58,20 +54,6 @@ _START_AFRESH = re.compile(
     r"(?P<rest>.*\w.*?)(?:[ ,.;]+(?:and )?(?:(?:nothing|nowt) else|that's (?:it|all)))?[ .!]*",
     re.IGNORECASE | re.DOTALL,
 )
-_WAIVED = re.compile(
-    r"(?:(?:no|nope|ok|okay|actually|oh|wait|well|and|but)[ ,.!]+)*(?:never ?mind|forget|ignore|skip)(?: about)? "
-    r"(?:the |my )?<0>[,;.:]+ (?:and |just |instead )*(?P<rest>.*\bit\b.*)"
-)
-_BARE_NUMBER = re.compile(
-    r"(?:(?:no|nope|actually|please|just|now|then)[ ,]+)*(?:make|say) (?:it|that|them) (?:about )?\d+(?:\.\d+)?[ .!]*",
-    re.IGNORECASE,
-)
-_ONLY_A_SHAPE = re.compile(
-    r"(?:(?:now|then|ok|okay|rather|and|but|please)[ ,]+)*(?:(?:in|as|into) )?an? "
-    rf"(?P<noun>{'|'.join(sorted(SHAPE_OF_NOUN, key=len, reverse=True))})(?:[ ,]+(?:now|then|please))*",
-    re.IGNORECASE,
-)
-_LENGTHS = re.compile(r"\d cm\b")
 _DROP_IT = re.compile(
     r"(?:(?:no|ok|okay|actually|please|just|now|then)[ ,]+)*(?:drop|remove|delete|lose|ditch|skip|scrap|leave out)"
     r"(?: (?:it|that|this|that one|this one|one(?: of (?:them|these|those))?))?"
@@ -102,9 +84,9 @@ def revise_goal(
         declined: whether it was proposed and is no longer wanted. An instruction about other objects takes the place
             of a goal that was built or declined, and adds to one that is still to be built.
     """
-    text = _about_it(_with_unit(without_interjections(text), last), last) if last.parts else text
+    text = in_full(without_interjections(text), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
-    turn = _without_waived(Turn(last, text, said, reader, stands, built, not built and not declined))
+    turn = without_waived(Turn(last, text, said, reader, stands, built, not built and not declined))
     if last.parts and (read := _wholly_read(turn)) is not None:
         return read
     return second_opinion(turn, _supported(turn, _by_rules(turn)))
@@ -142,30 +124,6 @@ def _by_rules(turn: Turn) -> GoalRevision:
     if len(text) > _LONGEST_CORRECTION:
         return new_goal(last, turn.reader.read(text))
     return _revision(turn)
-
-
-def _without_waived(turn: Turn) -> Turn:
-    """Return "never mind the pan, put it on the left", said of what was placed by the pan, as "put the cup on the left"."""
-    match = _WAIVED.fullmatch(sentence_template(turn)[0]) if turn.last.parts else None
-    only = turn.last.parts[0] if len(turn.last.parts) == 1 else None
-    if match is None or not isinstance(only, RelationPart) or not isinstance(only.objects, tuple):
-        return turn
-    waived = set(turn.said.mentions[0].indices)
-    if len(only.objects) != 1 or not isinstance(only.objects[0], int) or not waived & set(objects_of(turn.last, only.reference)):
-        return turn
-    name = turn.said.names[only.objects[0]]
-    return turn.after(turn.last, f"no, {_IT.sub(f'the {name}', match['rest'], count=1)}")
-
-
-def _with_unit(text: str, last: Goal) -> str:
-    """Return "make it 8" with the unit of the length that it changes: in centimetres where the goal has a length."""
-    return f"{text.rstrip(' .!')} cm" if _BARE_NUMBER.fullmatch(text.strip()) and _LENGTHS.search(str(last)) else text
-
-
-def _about_it(text: str, last: Goal) -> str:
-    """Return "now a circle" as what is to be made of a structure that a plain specification cannot hold."""
-    only = _ONLY_A_SHAPE.fullmatch(text.strip(" ."))
-    return f"make it a {only['noun']}" if only is not None and last.plain_spec is None else text
 
 
 def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:

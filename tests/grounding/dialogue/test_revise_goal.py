@@ -82,6 +82,7 @@ def say(parser, encoder):
         (LINE, "swap the red cup and the green cup", "refused"),
         (FRUIT, "take the apple off the plate", FRUIT[:1]),
         (FRUIT[1:], "take the apple off the plate", "refused"),
+        (FRUIT[:1], "never mind the blue cup, put it in the bowl", [relation("in", [5], [4])]),
         (LINE, "no green cup, but the bowl", [structure("line", [0, 1, 4])]),
         (LINE, "make a second line with the rest", [*LINE, structure("line", None)]),
         (TWO, "add the bowl to the circle", with_(TWO, 1, objects=[0, 1, 2, 4])),
@@ -372,3 +373,8 @@ def test_a_fragment_with_and_adds_nothing(say, text):
 def test_parts_alone_and_without_others():
     assert only_parts(goal(ROW), [1]) == goal([relation("left of", [4], [0, 1, 2])])
     assert without_parts(goal(ROW), [0]) == (Goal(), (0, 1))
+
+
+def test_a_tag_question_places_nothing(say):
+    found = say(LINE, "the red cup is out, right?")
+    assert found.plain is None or found.plain.spec.x_position is None
