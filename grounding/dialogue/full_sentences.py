@@ -11,10 +11,6 @@ from grounding.dialogue.object_exchanges import sentence_template
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
 
-_IT = re.compile(
-    r"\b(?:behind|in front of|(?:left|right) of|next to|beside|near|on|on top of|in|inside|around|between) "
-    r"(?:it|them|that|these|those|the (?:line|row|circle|ring|tower|stack|pile|table setting|setting))\b(?! with\b)"
-)
 _IT = re.compile(r"\bit\b")
 _WAIVED = re.compile(
     r"(?:(?:no|nope|ok|okay|actually|oh|wait|well|and|but)[ ,.!]+)*(?:never ?mind|forget|ignore|skip)(?: about)? "

@@ -45,7 +45,11 @@ from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
 _LONGEST_CORRECTION = 400  # characters; what is longer is an instruction of its own
-_BESIDE_THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
+_BESIDE_IT = re.compile(
+    r"\b(?:behind|in front of|(?:left|right) of|next to|beside|near|on|on top of|in|inside|around|between) "
+    r"(?:it|them|that|these|those|the (?:line|row|circle|ring|tower|stack|pile|table setting|setting))\b(?! with\b)"
+)
+_THEM = re.compile(r"\b(?:them|these|those)\b", re.IGNORECASE)
 _START_AFRESH = re.compile(
     r"(?:(?:no|nope|ok|okay|actually|hmm?|oh|wait|please|right|well|sorry|let's)[ ,.!]+)*"
     r"(?:(?:scrap|forget|scratch|bin|ditch|cancel|never ?mind)(?: about)?"
