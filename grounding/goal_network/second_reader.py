@@ -269,7 +269,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     if first.status == "ok":
         if first.plain and (count is None or supports(second.goal, first.goal)):
             return False
-        if reading.complete and not reading.corrected and _loses(second.goal, first.goal):
+        if not first.plain and reading.complete and not reading.corrected and _loses(second.goal, first.goal):
             return False
         enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
         enough = enough and (first.half_read or not first.excepts)

@@ -38,6 +38,8 @@ def vague_direction(text: str, chunks: Sequence[Chunk]) -> str:
 def _between_two(chunks: Sequence[Chunk], at: int) -> tuple[str, str, str] | None:
     """Find "at the top right of the plate", "left behind the plate", "behind and to the right of the plate"."""
     one = chunks[at]
+    if not any(_names_an_object(each) for each in chunks[at + 1 : at + 5]):
+        return None  # "at the top left of the mat" is a place on the table
     rest = [each for each in chunks[at + 1 : at + 3] if each.kind != "noise"]
     if one.kind == "relation" and one.value in DIRECTIONAL and [each.kind for each in rest] == ["and", "relation"]:
         other = rest[1]
@@ -52,6 +54,19 @@ def _between_two(chunks: Sequence[Chunk], at: int) -> tuple[str, str, str] | Non
     sideways = other.value in _SIDEWAYS
     apart = _WITH_ITS_OWN_PREPOSITION.search(other.said if sideways else one.said)
     return None if apart else (f"{one.said} {other.said}", side, other.value)
+
+
+def _names_an_object(chunk: Chunk) -> bool:
+    """Return whether a chunk names an object, a structure or what was named before: no part of the table."""
+    if chunk.kind != "noun phrase" or chunk.value.kind not in _OF_AN_OBJECT:
+        return False
+    said = chunk.value.mention
+    return said is None or said.known
+
+
+def _named_before(chunks: Sequence[Chunk]) -> int:
+    """Count the phrases for objects: with one alone, "far from it" is said of what is not on the table."""
+    return sum(chunk.kind == "noun phrase" and chunk.value.kind == "objects" for chunk in chunks)
 
 
 def _across(one: str, other: str) -> bool:
@@ -79,7 +94,6 @@ def _away(chunks: Sequence[Chunk], at: int) -> str:
         if _FAR.fullmatch(words) is None:
             return ""
         if words.lower().endswith("from"):
-            far_from = chunks[end]
-            named = far_from.kind == "noun phrase" and far_from.value.kind in _OF_AN_OBJECT
-            return f"{words} {far_from.said}" if named else ""
+            named = _names_an_object(chunks[end]) and (chunks[end].value.kind != "pronoun" or _named_before(chunks[:at]) > 1)
+            return f"{words} {chunks[end].said}" if named else ""
     return ""
