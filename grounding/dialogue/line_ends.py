@@ -12,7 +12,7 @@ from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
 from grounding.dialogue.object_exchanges import NamedObjects, sentence_template
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import SHAPES_OF_KEY, GoalError, Order, StructurePart
+from grounding.goals.parts import OPPOSITE_ENDS, SHAPES_OF_KEY, GoalError, Order, StructurePart
 from grounding.parse_result import Question
 
 _POLITE = (
@@ -51,7 +51,6 @@ _START_OF = {
     "left": "left", "right": "right", "front": "near", "near": "near", "back": "far", "far": "far", "rear": "far",
     "top": "top", "bottom": "bottom",
 }  # fmt: skip
-_OPPOSITE = {"left": "right", "right": "left", "near": "far", "far": "near", "bottom": "top", "top": "bottom"}
 
 
 def placed_at_an_end(turn: Turn) -> GoalRevision | None:
@@ -140,14 +139,14 @@ def _at_end(part: StructurePart, placed: tuple[int, ...], end: str) -> Structure
     others = tuple(one for one in part.objects or () if one not in placed)
     order = part.order or Order("listed")
     start = order.start
-    if end in _OPPOSITE:
+    if end in OPPOSITE_ENDS:
         if start is None:
             if (end in ("top", "bottom")) != (part.shape == "tower"):
                 return None
             # Listed from the end that is said, so that the goal names it.
             turned = others[::-1] if end in ("right", "far", "top") else others
             return replace(part, order=Order("listed", None, end), objects=(*placed, *turned))  # type: ignore[arg-type]
-        if end not in (start, _OPPOSITE[start]):
+        if end not in (start, OPPOSITE_ENDS[start]):
             return None
         end = "first" if end == start else "last"
     if end == "middle":

@@ -9,9 +9,8 @@ from grounding.dialogue.goal_changes import objects_of
 from grounding.dialogue.goal_revision import GoalRevision, Turn
 from grounding.dialogue.object_exchanges import sentence_template
 from grounding.goals.goal import Goal
-from grounding.goals.parts import GoalError, RelationPart
+from grounding.goals.parts import OPPOSITE_DIRECTIONS, GoalError, RelationPart
 
-_OPPOSITE = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
 _SENTENCE = re.compile(
     r"(?:(?:please|now|no|ok|okay|and|then|also|actually|sorry|i want|i'd like|can you|could you|let|have)[ ,]+)*"
     r"(?:(?:put|move|place|bring|set|add) )?(?:the |my )?<0>,?(?: (?:should|must|has to|needs to|to))?"
@@ -34,12 +33,12 @@ def on_the_opposite_side(turn: Turn) -> GoalRevision | None:
     objects = named[0].of(free)
     if not objects or set(objects) != set(named[0].indices):
         return None
-    beside = [part for part in turn.last.parts if isinstance(part, RelationPart) and part.relation in _OPPOSITE]
+    beside = [part for part in turn.last.parts if isinstance(part, RelationPart) and part.relation in OPPOSITE_DIRECTIONS]
     if match["of"]:
         beside = [part for part in beside if named[1].of(set(objects_of(turn.last, part.reference)))]
     if len({(part.relation, part.reference) for part in beside}) != 1:
         return None
-    part = RelationPart(_OPPOSITE[beside[0].relation], objects, beside[0].reference)
+    part = RelationPart(OPPOSITE_DIRECTIONS[beside[0].relation], objects, beside[0].reference)
     with suppress(GoalError):
         goal = Goal((*turn.last.parts, part))
         return GoalRevision(goal, "ok", "add", "", (len(turn.last.parts),))

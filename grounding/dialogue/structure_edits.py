@@ -14,7 +14,7 @@ from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.revise import Revision
 from grounding.dialogue.scene_reader import GoalReader
 from grounding.dialogue.slot_edits import loses_direction
-from grounding.goals.parts import KEYS, SHAPES_OF_KEY, Order, StructurePart
+from grounding.goals.parts import KEYS, OPPOSITE_ENDS, SHAPES_OF_KEY, Order, StructurePart
 from grounding.parse_result import Question
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import FIRST_SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
@@ -46,7 +46,6 @@ _REVERSED = re.compile(
     r"|(?:the )?other way (?:a)?round|reverse (?:it|them|that)|^reversed?(?= please$|$))\b"
 )
 _BACKWARDS = {"ascending": "descending", "descending": "ascending"}
-_STARTS = {"left": "right", "right": "left", "near": "far", "far": "near", "bottom": "top", "top": "bottom"}
 
 
 @dataclass(frozen=True)
@@ -159,7 +158,7 @@ def _about_it(text: GoalText, number: int) -> str:
 def _reversed(order: Order) -> Order:
     if order.direction is not None:
         return replace(order, direction=_BACKWARDS[order.direction])
-    return replace(order, start=_STARTS[order.start] if order.start else "right")
+    return replace(order, start=OPPOSITE_ENDS[order.start] if order.start else "right")
 
 
 def _revised(part: StructurePart, revision: Revision, text: GoalText, own: set[int]) -> StructureChange | None:

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
-from grounding.goals.parts import PartReference, RelationPart, StructurePart
-
-_OPPOSITE = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+from grounding.goals.parts import OPPOSITE_DIRECTIONS, PartReference, RelationPart, StructurePart
 
 
 def contradiction(goal: Goal, names: Sequence[str] | None = None) -> str:
@@ -42,8 +40,8 @@ def _each(objects: object) -> tuple[object, ...]:
 
 
 def _clash(facts: dict, one: object, relation: str, other: object) -> int | None:
-    if relation in _OPPOSITE:
-        for clash in ((other, relation, one), (one, _OPPOSITE[relation], other)):
+    if relation in OPPOSITE_DIRECTIONS:
+        for clash in ((other, relation, one), (one, OPPOSITE_DIRECTIONS[relation], other)):
             if clash in facts:
                 return facts[clash]
     if relation in ("on", "in"):

@@ -16,9 +16,15 @@ from grounding.spec import SLOTS, X_POSITIONS, Y_POSITIONS, SpecError, Structure
 ORDER_KEYS = ("height", "width", "volume", "listed")
 ORDER_DIRECTIONS = ("ascending", "descending")
 ORDER_STARTS = ("left", "right", "near", "far", "bottom", "top")
+OPPOSITE_ENDS: Mapping[str, str] = {
+    "left": "right", "right": "left", "near": "far", "far": "near", "bottom": "top", "top": "bottom",
+}  # fmt: skip
 EDGES = ("near", "far", "left", "right")
 GROUPINGS = ("colour", "kind")
 DIRECTIONAL = ("left of", "right of", "in front of", "behind")
+OPPOSITE_DIRECTIONS: Mapping[str, str] = {
+    "left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of",
+}  # fmt: skip
 RELATIONS = (*DIRECTIONAL, "next to", "between", "on", "in", "at", "moved", "swapped")
 MOVE_DIRECTIONS = ("left", "right", "away", "closer")
 # Relations that take a clear distance, or the way of a move.
