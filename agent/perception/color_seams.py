@@ -44,7 +44,7 @@ def divided_by_color(positions: np.ndarray, lab: np.ndarray, eye: np.ndarray, re
     if len(positions) < 2 * _LEAST:
         return nothing
     pairs = cKDTree(positions).query_pairs(reach, output_type="ndarray")
-    lab = _shadeless(lab)
+    lab = shadeless(lab)
     half = _halves(positions, lab)
     if half is None:
         return nothing
@@ -57,7 +57,7 @@ def divided_by_color(positions: np.ndarray, lab: np.ndarray, eye: np.ndarray, re
     return nothing
 
 
-def _shadeless(lab: np.ndarray) -> np.ndarray:
+def shadeless(lab: np.ndarray) -> np.ndarray:
     """Return colours (V, 3) in which light and shade of one colour are near each other: shade lowers all values alike.
     """
     light = lab[:, :1]

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from agent.perception.arbitration import Arbiter
 from agent.perception.clustering import Voxels, clusters, gather, normals, strays
+from agent.perception.color_regions import divided_by_regions
 from agent.perception.height_map import Relief
 from agent.perception.merging import flat_things_joined, joined
 from agent.perception.occlusion import rejoined
@@ -117,6 +118,9 @@ def find_objects(
     of_voxel = grouped(connected, np.column_stack((voxels.positions[:, :2], tall)), lab, eye, voxels.reach)
     if arbiter is not None:
         of_voxel = arbiter.regrouped(of_voxel, connected, voxels, solid, lab)
+    if lab is not None:
+        places = np.column_stack((voxels.positions[:, :2], tall))
+        of_voxel = divided_by_regions(of_voxel, places, normals(places, eye), lab, eye, voxels.reach)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0
