@@ -20,14 +20,15 @@ from agent.perception.color_seams import shadeless
 from agent.perception.vessels import hollowness
 
 _STEP_OF_COLOR = 7.0  # between neighbouring voxels of one colour, without shade
-_APART = 24.0  # between the medians of two colours
-_OWN, _PLAIN = 12.0, 0.7  # from its region's median is this share of its voxels
+_APART = 18.0  # between the medians of two colours, without shade
+_OWN, _PLAIN = 12.0, 0.85  # from its region's median is this share of its voxels, without those that mix two colours
 _LEAST, _MOST = 40, 4  # voxels of a region, and regions; more are a print
-_KNOWN = 0.7  # of the voxels are in regions before the others are given to the nearest
+_KNOWN = 0.6  # of the voxels are in regions; the others, which mix two colours, are given to the nearest
 _BORDER = 8  # pairs of voxels at least
 _HOLLOW = -0.3  # the inside of a vessel
 _ON = 0.6  # of an outline is above what it lies on
 _NEAR_STEP, _STEP = 0.014, 0.0025  # m around a voxel, and m that it is higher than what is there
+_ALL_AROUND = 0.8  # of the voxels there are higher at all
 _TOP, _TOP_SHARE, _UP = 0.03, 0.4, 0.7  # m around it; voxels of a surface that faces up there, times its own; z of it
 _ABOVE = 0.008  # m by which the upper end of what carries another may be above its lower end
 _HIGH = 0.015  # m that each part of a stack is high
@@ -63,7 +64,13 @@ class _Region:
 
 
 def divided_by_regions(
-    part: np.ndarray, positions: np.ndarray, normals: np.ndarray, lab: np.ndarray, eye: np.ndarray, reach: float
+    part: np.ndarray,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    lab: np.ndarray,
+    fringe: np.ndarray,
+    eye: np.ndarray,
+    reach: float,
 ) -> np.ndarray:
     """Return the object (V,) of each voxel, with those divided that are several plain things.
 
@@ -72,6 +79,7 @@ def divided_by_regions(
         positions: (V, 3) above the table, level frame, metres.
         normals: (V, 3) unit, toward the camera.
         lab: (V, 3) colours in CIELAB.
+        fringe: (V,) whether a voxel has the table's colour: at the edges of objects, depth and colour do not match.
         eye: (3,) where the camera is.
         reach: metres within which voxels are neighbours.
     """
@@ -81,17 +89,18 @@ def divided_by_regions(
         if len(own) < 2 * _LEAST:
             continue
         pairs = cKDTree(positions[own]).query_pairs(reach, output_type="ndarray")
-        region = _regions(positions[own], shades[own], pairs)
+        region = _regions(positions[own], shades[own], fringe[own], pairs)
         thing = _things(region, positions[own], normals[own], shades[own], pairs, eye)
         for number in range(1, int(thing.max()) + 1):
             part[own[thing == number]] = part.max() + 1
     return part
 
 
-def _regions(positions: np.ndarray, shades: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+def _regions(positions: np.ndarray, shades: np.ndarray, fringe: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Return the region (V,) of each voxel, counted from 0; all 0 where the colours are no plain ones."""
     nothing = np.zeros(len(positions), dtype=np.int64)
     alike = np.linalg.norm(shades[pairs[:, 0]] - shades[pairs[:, 1]], axis=1) < _STEP_OF_COLOR
+    alike &= ~fringe[pairs].any(axis=1)
     graph = coo_matrix((np.ones(alike.sum()), pairs[alike].T), shape=(len(positions), len(positions)))
     component = connected_components(graph, directed=False)[1]
     large = np.flatnonzero(np.bincount(component) >= _LEAST)
@@ -105,11 +114,11 @@ def _regions(positions: np.ndarray, shades: np.ndarray, pairs: np.ndarray) -> np
     region = np.full(len(positions), -1)
     for k, number in zip(large, same, strict=True):
         region[component == k] = number
-    region[~known] = region[known][cKDTree(positions[known]).query(positions[~known])[1]]
     for number in range(count):
         own = shades[region == number]
         if (np.linalg.norm(own - np.median(own, axis=0), axis=1) < _OWN).mean() < _PLAIN:
             return nothing
+    region[~known] = region[known][cKDTree(positions[known]).query(positions[~known])[1]]
     return region
 
 
@@ -138,12 +147,12 @@ def _things(
 
 def _are_two(one: _Region, other: _Region, eye: np.ndarray) -> bool:
     """Return whether two regions that meet are two things."""
-    if min(hollowness(each.positions, each.normals) for each in (one, other)) < _HOLLOW and _inside(one, other):
+    if _lies_on(one, other) or _lies_on(other, one):
+        return True
+    if _overlap(one, other) > _ON and (_is_hollow(one) or _is_hollow(other)):
         return False
     return (
-        _lies_on(one, other)
-        or _lies_on(other, one)
-        or _stands_on(one, other)
+        _stands_on(one, other)
         or _stands_on(other, one)
         or _are_beside(one, other)
         or _is_behind(one, other, eye)
@@ -156,13 +165,13 @@ def _overlap(one: _Region, other: _Region) -> float:
     return one.outline.intersection(other.outline).area / min(one.outline.area, other.outline.area)
 
 
-def _inside(one: _Region, other: _Region) -> bool:
-    return _overlap(one, other) > _ON
+def _is_hollow(region: _Region) -> bool:
+    return hollowness(region.positions, region.normals) < _HOLLOW
 
 
 def _lies_on(upper: _Region, lower: _Region) -> bool:
     """Return whether a thing lies on a surface that faces up and reaches farther than it, with a step around it."""
-    if upper.outline.intersection(lower.outline).area < _ON * upper.outline.area:
+    if upper.outline.intersection(lower.outline).area < _ON * upper.outline.area or _is_hollow(upper):
         return False
     tops = lower.positions[lower.normals[:, 2] > _UP]
     if not len(tops):
@@ -170,19 +179,20 @@ def _lies_on(upper: _Region, lower: _Region) -> bool:
     around = cKDTree(upper.positions[:, :2]).query(tops[:, :2], distance_upper_bound=_TOP)[0] < _TOP
     if around.sum() < _TOP_SHARE * len(upper.positions):
         return False
-    near = cKDTree(lower.positions[:, :2]).query_ball_point(upper.positions[:, :2], _NEAR_STEP)
-    steps = [
-        point[2] - np.median(lower.positions[those, 2])
-        for point, those in zip(upper.positions, near, strict=True) if those
-    ]  # fmt: skip
-    return len(steps) >= _BORDER and float(np.median(steps)) > _STEP
+    # Only surfaces that face up: below a print on a box there are its sides.
+    near = cKDTree(tops[:, :2]).query_ball_point(upper.positions[:, :2], _NEAR_STEP)
+    steps = np.array([
+        point[2] - np.median(tops[those, 2]) for point, those in zip(upper.positions, near, strict=True) if those
+    ])  # fmt: skip
+    return len(steps) >= _BORDER and np.median(steps) > _STEP and (steps > 0).mean() > _ALL_AROUND
 
 
 def _stands_on(upper: _Region, lower: _Region) -> bool:
     """Return whether a thing stands on another, or lies across it, and is no cap, lid or rim of it."""
     if upper.height(8) < lower.height(95) - _ABOVE:
         return False
-    if upper.sides[1] > max(2 * _LOW, lower.sides[1]):  # a pen across a jug
+    short, long = upper.sides
+    if long > _LONG * short and long > lower.sides[1] and upper.height(50) > lower.height(97):  # a pen across a jug
         return True
     if min(each.height(97) - each.height(3) for each in (upper, lower)) < _HIGH:
         return False

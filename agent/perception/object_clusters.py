@@ -120,7 +120,7 @@ def find_objects(
         of_voxel = arbiter.regrouped(of_voxel, connected, voxels, solid, lab)
     if lab is not None:
         places = np.column_stack((voxels.positions[:, :2], tall))
-        of_voxel = divided_by_regions(of_voxel, places, normals(places, eye), lab, eye, voxels.reach)
+        of_voxel = divided_by_regions(of_voxel, places, normals(places, eye), lab, contrast < _CONTRAST, eye, voxels.reach)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0
