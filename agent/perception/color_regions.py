@@ -30,6 +30,7 @@ _ON = 0.6  # of an outline is above what it lies on
 _NEAR_STEP, _STEP = 0.014, 0.0025  # m around a voxel, and m that it is higher than what is there
 _ALL_AROUND = 0.8  # of the voxels there are higher at all
 _TOP, _TOP_SHARE, _UP = 0.03, 0.4, 0.7  # m around it; voxels of a surface that faces up there, times its own; z of it
+_SUNK = 0.02  # m that the lower end of what lies on a surface is below it at most: it may lie across the edge
 _ABOVE = 0.008  # m by which the upper end of what carries another may be above its lower end
 _HIGH = 0.015  # m that each part of a stack is high
 _HALF = 0.25  # of the voxels of both has each part of a stack
@@ -173,18 +174,27 @@ def _lies_on(upper: _Region, lower: _Region) -> bool:
     """Return whether a thing lies on a surface that faces up and reaches farther than it, with a step around it."""
     if upper.outline.intersection(lower.outline).area < _ON * upper.outline.area or _is_hollow(upper):
         return False
-    tops = lower.positions[lower.normals[:, 2] > _UP]
-    if not len(tops):
+    up = lower.normals[:, 2] > _UP
+    tops, facing = lower.positions[up], lower.normals[up]
+    if not len(tops) or upper.height(3) < np.median(tops[:, 2]) - _SUNK:
         return False
     around = cKDTree(upper.positions[:, :2]).query(tops[:, :2], distance_upper_bound=_TOP)[0] < _TOP
     if around.sum() < _TOP_SHARE * len(upper.positions):
         return False
-    # Only surfaces that face up: below a print on a box there are its sides.
+    # Only surfaces that face up: below a print on a box there are its sides. And these are continued, for a print in
+    # the middle of a ball is higher than what is around it.
     near = cKDTree(tops[:, :2]).query_ball_point(upper.positions[:, :2], _NEAR_STEP)
     steps = np.array([
-        point[2] - np.median(tops[those, 2]) for point, those in zip(upper.positions, near, strict=True) if those
+        point[2] - np.median(_continued(tops[those], facing[those], point))
+        for point, those in zip(upper.positions, near, strict=True)
+        if those
     ])  # fmt: skip
     return len(steps) >= _BORDER and np.median(steps) > _STEP and (steps > 0).mean() > _ALL_AROUND
+
+
+def _continued(positions: np.ndarray, normals: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return the heights (K,) at a point of the planes through K voxels."""
+    return positions[:, 2] + ((positions - point)[:, :2] * normals[:, :2]).sum(axis=1) / normals[:, 2]
 
 
 def _stands_on(upper: _Region, lower: _Region) -> bool:

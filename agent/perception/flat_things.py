@@ -20,13 +20,16 @@ _MOST = 12  # patches that are looked at, the largest first
 _RING = 0.015  # m on both sides of the patch's border, where the step is measured
 _RING_PIXELS = 4, 14
 _SOME = 1200  # pixels of each side are enough
-_SHIFTS = 8  # of the outline each way over the picture
-_ENOUGH, _BARE = 8, 0.9  # places of the outline on bare table, and the share of it there
+_SHIFTS = 16  # of the outline each way over the picture
+_ENOUGH, _BARE = 8, 0.97  # places of the outline on bare table, and the share of it there
 _LEAST_STEP = 0.002  # m
 _SIGMAS, _OVER_HIGHEST = 4.0, 1.25  # times the steps that noise makes
 _EDGE = 0.015  # m from the edge of the table: its side looks like a patch
 _GAP, _LONG = 3, 0.2  # pixels of a patch's border, and the share of it that another colour of the same thing takes
-_OWN = 0.5  # of a low object lies in the patch: it is a part of it
+_AWAY = 8  # pixels between two pieces in line: the fringe of what is higher is left out
+_THIN, _AS_WIDE = 2.5, 1.3  # times as long as wide are two pieces of a fork, and times as wide as one of them
+_THICK = 0.02  # m, of the handle of a knife
+_OWN = 0.5  # of a low object lies in the patch: it is a part of it; or of the patch in the object
 
 
 @dataclass(frozen=True)
@@ -90,21 +93,51 @@ def with_flat_things(labels: np.ndarray, view: TableView) -> np.ndarray:
             continue
         inside = np.unique(picture.labels[patch & (picture.labels >= 0)])
         own = [k for k in inside if (picture.labels[patch] == k).sum() > _OWN * (picture.labels == k).sum()]
-        own += [k for k in _continued(patch, picture) if k not in own]
+        if any((picture.labels[patch] == k).sum() > _OWN * patch.sum() for k in inside if k not in own):
+            continue  # a piece of what is known: something hides its middle
+        own += [k for k in _continued(patch, found, picture) if k not in own]
         if own and sum((picture.labels == k).sum() for k in own) > 0.8 * patch.sum():
             continue  # it is known already
-        found[patch | np.isin(picture.labels, own)] = known
+        found[patch | np.isin(found, own)] = known
         known += 1
     named = found.ravel()[view.pixels]
     kept = np.unique(named[named >= 0])
     return np.where(named >= 0, np.searchsorted(kept, named), -1)
 
 
-def _continued(patch: np.ndarray, picture: _Picture) -> list[int]:
-    """Return the low objects that a patch has a long border with: parts of one flat thing in another colour."""
+def _continued(patch: np.ndarray, found: np.ndarray, picture: _Picture) -> list[int]:
+    """Return the low objects of which a patch is a part in another colour: they have a long border, or are in line.
+
+    Args:
+        patch: (H, W).
+        found: (H, W) the objects, with the flat things found so far.
+        picture: of the table.
+    """
     around = ndimage.binary_dilation(patch, iterations=_GAP) & ~patch
-    border = np.bincount(picture.labels[around & picture.low], minlength=1)
-    return np.flatnonzero(border > _LONG * around.sum()).tolist()
+    new = (found >= 0) & (found != picture.labels)
+    border = np.bincount(found[around & (picture.low | new)], minlength=1)
+    continued = np.flatnonzero(border > _LONG * around.sum()).tolist()
+    near = np.unique(found[ndimage.binary_dilation(patch, iterations=_AWAY) & (found >= 0)])
+    return continued + [k for k in near if k not in continued and _in_line(patch, found == k, picture)]
+
+
+def _in_line(patch: np.ndarray, other: np.ndarray, picture: _Picture) -> bool:
+    """Return whether two pieces (H, W) follow each other along one thin thing, such as a fork."""
+    if np.nanpercentile(picture.heights[other], 95) > _THICK:
+        return False
+    widths = [_sides(each, picture)[0] for each in (patch, other)]
+    wide, long = _sides(patch | other, picture)
+    return bool(long > _THIN * wide and wide < _AS_WIDE * max(widths))
+
+
+def _sides(patch: np.ndarray, picture: _Picture) -> np.ndarray:
+    """Return the shorter and the longer side (2,), metres, of the box around a patch (H, W) on the table."""
+    places = picture.places[patch]
+    around = shapely.multipoints(places[np.isfinite(places).all(axis=1)]).minimum_rotated_rectangle
+    if around.geom_type != "Polygon":
+        return np.zeros(2)
+    corners = np.array(around.exterior.coords)
+    return np.sort(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1))
 
 
 def _picture(labels: np.ndarray, view: TableView) -> _Picture:

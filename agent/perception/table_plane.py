@@ -24,6 +24,7 @@ _NEAR = 1.2  # m; planes farther away count less
 _TALLEST = 0.4  # m above a table: what stands on it
 _MOST_THROUGH = 1.0  # times as many points behind a plane as in it: it is none, but a slice of something else
 _GRID = 0.025  # m, of the cells by which the points of a plane are connected
+_GAP = 2  # cells by which its points are closed
 _WALL_AREA, _CROSSWISE = 0.2, 0.2  # m2 of a wall, and the cosine of its angle with a floor
 _CONNECTED = 0.2  # of a plane's points lie in its largest part: otherwise they are scattered ones
 _TABLE_AREA, _TABLE_HEIGHT = 0.12, 0.35  # m2 and m above the floor of the lowest and smallest table
@@ -128,20 +129,20 @@ def _score(plane: np.ndarray, others: list[np.ndarray], thin: np.ndarray, up: np
     # What lies below a table is hidden by it; what is seen through a plane makes it none.
     lower = above < -2 * _INLIER
     crossing = thin[lower] * (height / (height - above[lower]))[:, None]
-    through = shapely.contains_xy(seen, transform_points(lies, crossing)[:, :2]).sum() / flat.sum()
+    through = _within(transform_points(lies, thin[flat])[:, :2], transform_points(lies, crossing)[:, :2]) / flat.sum()
     if through > _MOST_THROUGH:
         return 0.0
     return upright * area * nearness * (0.2 + min(things, 400) / 400) / (1.0 + 3.0 * through)
 
 
 def _floors_doubted(scores: list[float], candidates: list[np.ndarray], thin: np.ndarray) -> list[float]:
-    """Return the scores, halved for planes that lie as far below another level plane as a floor below a table."""
+    """Return the scores, divided by 4 for planes that lie as far below a level one as a floor below a table."""
     large = [
         plane for plane, score in zip(candidates, scores, strict=True)
         if score > 0 and (np.abs(thin @ plane[:3] + plane[3]) < _INLIER).sum() * _CELL**2 > _TABLE_AREA
     ]  # fmt: skip
     return [
-        score / 2
+        score / 4  # half is too little for an empty table before a floor that carries much
         if any(plane[:3] @ one[:3] > _SLANT[0] and plane[3] > one[3] + _TABLE_HEIGHT for one in large)
         else score
         for plane, score in zip(candidates, scores, strict=True)
@@ -178,6 +179,21 @@ def _outline(flat: np.ndarray) -> tuple[shapely.Geometry, float]:
     part = parts[place[:, 0], place[:, 1]]
     largest = part == np.bincount(part).argmax()
     return shapely.MultiPoint(flat[largest]).convex_hull, float(largest.mean())
+
+
+def _within(flat: np.ndarray, crossing: np.ndarray) -> int:
+    """Return how many places (Q, 2) lie where a plane's points (P, 2) are all around, or in a gap between them.
+
+    Not in their convex outline: between a table and the stand of an arm one sees the floor, and along every edge.
+    """
+    corner = flat.min(axis=0) - (_GAP + 1) * _GRID
+    size = ((flat.max(axis=0) - corner) / _GRID).astype(int) + _GAP + 2
+    cells = np.zeros(size, dtype=bool)
+    cells[tuple(((flat - corner) / _GRID).astype(int).T)] = True
+    cells = ndimage.binary_erosion(ndimage.binary_closing(cells, np.ones((3, 3)), iterations=_GAP), np.ones((3, 3)))
+    place = np.floor((crossing - corner) / _GRID).astype(int)
+    place = place[((place >= 0) & (place < size)).all(axis=1)]
+    return int(cells[tuple(place.T)].sum())
 
 
 def _plane_in_words(plane: np.ndarray, thin: np.ndarray, up: np.ndarray | None) -> str:
