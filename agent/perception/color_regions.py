@@ -85,6 +85,7 @@ def divided_by_regions(
         reach: metres within which voxels are neighbours.
     """
     part, shades = part.copy(), shadeless(lab)
+    divided: list[int] = []
     for index in np.unique(part[part >= 0]):
         own = np.flatnonzero(part == index)
         if len(own) < 2 * _LEAST:
@@ -94,6 +95,35 @@ def divided_by_regions(
         thing = _things(region, positions[own], normals[own], shades[own], pairs, eye)
         for number in range(1, int(thing.max()) + 1):
             part[own[thing == number]] = part.max() + 1
+        if thing.any():
+            divided.extend(np.unique(part[own]))
+    return _with_its_own(part, divided, positions, normals, shades, reach)
+
+
+def _with_its_own(
+    part: np.ndarray,
+    divided: list[int],
+    positions: np.ndarray,
+    normals: np.ndarray,
+    shades: np.ndarray,
+    reach: float,
+) -> np.ndarray:
+    """Return the object (V,) of each voxel: what was divided may hold a piece of the neighbour, in the neighbour's
+    colour.
+    """
+    for piece in divided:
+        own = part == piece
+        tree = cKDTree(positions[own])
+        near = (part >= 0) & ~np.isin(part, divided)
+        near[near] = tree.query(positions[near], distance_upper_bound=reach)[0] < reach
+        for other in np.flatnonzero(np.bincount(part[near]) >= _BORDER):
+            its = part == other
+            if np.linalg.norm(np.median(shades[own], axis=0) - np.median(shades[its], axis=0)) > _STEP_OF_COLOR:
+                continue
+            one, two = (_Region.of(positions[each], normals[each]) for each in (own, its))
+            if not (_stands_on(one, two) or _stands_on(two, one) or _are_beside(one, two)):
+                part[own] = other
+                break
     return part
 
 
@@ -134,15 +164,20 @@ def _things(
     """Return the thing (V,) of each voxel, counted from 0: regions are one thing unless their shapes are those of two.
     """
     count = int(region.max()) + 1
+    if count == 1:
+        return region
     regions = [_Region.of(positions[region == k], normals[region == k]) for k in range(count)]
-    one_thing = np.eye(count, dtype=bool)
+    one_thing, alone = np.eye(count, dtype=bool), np.ones(count, dtype=bool)
     for first in range(count):
         for second in range(first):
             across = (region[pairs] == first).any(axis=1) & (region[pairs] == second).any(axis=1)
             if across.sum() < _BORDER:
                 continue
+            alone[[first, second]] = False
             one_thing[first, second] = not _are_two(regions[first], regions[second], eye)
-    # A region that touches nothing belongs to the largest.
+    largest = int(np.bincount(region).argmax())
+    for lone in np.flatnonzero(alone):
+        one_thing[lone, largest] = not _are_two(regions[lone], regions[largest], eye)
     return np.asarray(connected_components(one_thing, directed=False)[1])[region]
 
 
