@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from agent.perception.color_seams import shadeless
+from agent.perception.splitting import split
 from agent.perception.vessels import hollowness
 
 _STEP_OF_COLOR = 7.0  # between neighbouring voxels of one colour, without shade
@@ -31,6 +32,7 @@ _NEAR_STEP, _STEP = 0.014, 0.0025  # m around a voxel, and m that it is higher t
 _ALL_AROUND = 0.8  # of the voxels there are higher at all
 _TOP, _TOP_SHARE, _UP = 0.03, 0.4, 0.7  # m around it; voxels of a surface that faces up there, times its own; z of it
 _SUNK = 0.02  # m that the lower end of what lies on a surface is below it at most: it may lie across the edge
+_AS_HIGH_AS_LONG = 1.2  # times as high as long is what things lie on at most
 _ABOVE = 0.008  # m by which the upper end of what carries another may be above its lower end
 _HIGH = 0.015  # m that each part of a stack is high
 _HALF = 0.25  # of the voxels of both has each part of a stack
@@ -97,7 +99,7 @@ def divided_by_regions(
             part[own[thing == number]] = part.max() + 1
         if thing.any():
             divided.extend(np.unique(part[own]))
-    return _with_its_own(part, divided, positions, normals, shades, reach)
+    return _with_its_own(part, divided, positions, normals, lab, eye, reach)
 
 
 def _with_its_own(
@@ -105,12 +107,14 @@ def _with_its_own(
     divided: list[int],
     positions: np.ndarray,
     normals: np.ndarray,
-    shades: np.ndarray,
+    lab: np.ndarray,
+    eye: np.ndarray,
     reach: float,
 ) -> np.ndarray:
     """Return the object (V,) of each voxel: what was divided may hold a piece of the neighbour, in the neighbour's
-    colour.
+    colour, which is one shape with it.
     """
+    shades = shadeless(lab)
     for piece in divided:
         own = part == piece
         tree = cKDTree(positions[own])
@@ -120,8 +124,9 @@ def _with_its_own(
             its = part == other
             if np.linalg.norm(np.median(shades[own], axis=0) - np.median(shades[its], axis=0)) > _STEP_OF_COLOR:
                 continue
-            one, two = (_Region.of(positions[each], normals[each]) for each in (own, its))
-            if not (_stands_on(one, two) or _stands_on(two, one) or _are_beside(one, two)):
+            both = own | its
+            whole = np.zeros(int(both.sum()), dtype=np.int64)
+            if not split(whole, positions[both], normals[both], lab[both], eye, reach).any():
                 part[own] = other
                 break
     return part
@@ -209,6 +214,8 @@ def _lies_on(upper: _Region, lower: _Region) -> bool:
     """Return whether a thing lies on a surface that faces up and reaches farther than it, with a step around it."""
     if upper.outline.intersection(lower.outline).area < _ON * upper.outline.area or _is_hollow(upper):
         return False
+    if lower.height(97) > _AS_HIGH_AS_LONG * lower.sides[1]:  # a bottle with its cap
+        return False
     up = lower.normals[:, 2] > _UP
     tops, facing = lower.positions[up], lower.normals[up]
     if not len(tops) or upper.height(3) < np.median(tops[:, 2]) - _SUNK:
@@ -237,7 +244,8 @@ def _stands_on(upper: _Region, lower: _Region) -> bool:
     if upper.height(8) < lower.height(95) - _ABOVE:
         return False
     short, long = upper.sides
-    if long > _LONG * short and long > lower.sides[1] and upper.height(50) > lower.height(97):  # a pen across a jug
+    across = long > _LONG * short and long > lower.sides[1] and _overlap(upper, lower) > _SHARED
+    if across and upper.height(50) > lower.height(97):  # a pen across a jug
         return True
     if min(each.height(97) - each.height(3) for each in (upper, lower)) < _HIGH:
         return False
