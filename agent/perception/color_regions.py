@@ -124,11 +124,14 @@ def _with_its_own(
             its = part == other
             if np.linalg.norm(np.median(shades[own], axis=0) - np.median(shades[its], axis=0)) > _STEP_OF_COLOR:
                 continue
-            both = own | its
-            whole = np.zeros(int(both.sum()), dtype=np.int64)
-            if not split(whole, positions[both], normals[both], lab[both], eye, reach).any():
-                part[own] = other
-                break
+            one, two = (_Region.of(positions[each], normals[each]) for each in (own, its))
+            if _stands_on(one, two) or _stands_on(two, one) or _are_beside(one, two):
+                both = own | its
+                whole = np.zeros(int(both.sum()), dtype=np.int64)
+                if split(whole, positions[both], normals[both], lab[both], eye, reach).any():
+                    continue
+            part[own] = other
+            break
     return part
 
 
