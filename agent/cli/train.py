@@ -219,6 +219,10 @@ def train_segmentation(
     ] = SEGMENTATION.learning_rate,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
+    start: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Network to start from, such as the shipped one; by default random weights."),
+    ] = None,
 ) -> None:
     """Train the network that tells objects apart in depth pictures.
 
@@ -230,4 +234,4 @@ def train_segmentation(
     check_folder(out)
     from agent.training.segmentation.command import train_segmentation_network
 
-    train_segmentation_network(out, steps, batch, views, workers, device, learning_rate, seed, threads)
+    train_segmentation_network(out, steps, batch, views, workers, device, learning_rate, seed, threads, start)

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from agent.perception.color_seams import shadeless
 from agent.perception.splitting import split
-from agent.perception.vessels import hollowness
+from agent.perception.vessels import hollowness, vessels_closed
 
 _STEP_OF_COLOR = 7.0  # between neighbouring voxels of one colour, without shade
 _APART = 18.0  # between the medians of two colours, without shade
@@ -41,6 +41,7 @@ _FOOT, _DOWN = 0.025, 0.4  # m, or share of its height, at which what stands bes
 _SHARED = 0.4  # of the smaller outline lies in the other at most
 _LOW, _NARROW = 0.035, 0.03  # m: what is higher and narrower is a handle
 _LONG, _END = 2.5, 0.25  # times as long as wide, and share of its length that two parts, end to end, have in common
+_OF_ONE_VESSEL = 0.04  # m between the inside and the outside of a vessel
 _BEHIND, _ALIGNED = 0.012, 0.012  # m, and radians between lines of sight
 
 
@@ -117,22 +118,26 @@ def _with_its_own(
     shades = shadeless(lab)
     for piece in divided:
         own = part == piece
-        tree = cKDTree(positions[own])
-        near = (part >= 0) & ~np.isin(part, divided)
-        near[near] = tree.query(positions[near], distance_upper_bound=reach)[0] < reach
-        for other in np.flatnonzero(np.bincount(part[near]) >= _BORDER):
+        one, color = _Region.of(positions[own], normals[own]), np.median(shades[own], axis=0)
+        away = cKDTree(positions[own]).query(positions, distance_upper_bound=_OF_ONE_VESSEL)[0]
+        for other in np.setdiff1d(part[(part >= 0) & (away < _OF_ONE_VESSEL)], divided):
             its = part == other
-            if np.linalg.norm(np.median(shades[own], axis=0) - np.median(shades[its], axis=0)) > _STEP_OF_COLOR:
+            if np.linalg.norm(color - np.median(shades[its], axis=0)) > _STEP_OF_COLOR:
                 continue
-            one, two = (_Region.of(positions[each], normals[each]) for each in (own, its))
-            if _stands_on(one, two) or _stands_on(two, one) or _are_beside(one, two):
-                both = own | its
-                whole = np.zeros(int(both.sum()), dtype=np.int64)
-                if split(whole, positions[both], normals[both], lab[both], eye, reach).any():
-                    continue
-            part[own] = other
-            break
+            two = _Region.of(positions[its], normals[its])
+            touches = (away[its] < reach).sum() >= _BORDER
+            if _are_one_vessel(one, two) or touches and not _are_apart(one, two, np.vstack((lab[own], lab[its])), eye, reach):
+                part[own] = other
+                break
     return part
+
+
+def _are_apart(one: _Region, other: _Region, lab: np.ndarray, eye: np.ndarray, reach: float) -> bool:
+    """Return whether two parts of one colour stand on or beside each other, with a valley or a neck between them."""
+    if not (_stands_on(one, other) or _stands_on(other, one) or _are_beside(one, other)):
+        return False
+    positions, normals = np.vstack((one.positions, other.positions)), np.vstack((one.normals, other.normals))
+    return bool(split(np.zeros(len(positions), dtype=np.int64), positions, normals, lab, eye, reach).any())
 
 
 def _regions(positions: np.ndarray, shades: np.ndarray, fringe: np.ndarray, pairs: np.ndarray) -> np.ndarray:
@@ -193,7 +198,7 @@ def _are_two(one: _Region, other: _Region, eye: np.ndarray) -> bool:
     """Return whether two regions that meet are two things."""
     if _lies_on(one, other) or _lies_on(other, one):
         return True
-    if _overlap(one, other) > _ON and (_is_hollow(one) or _is_hollow(other)):
+    if _overlap(one, other) > _ON and (_is_hollow(one) or _is_hollow(other)) or _are_one_vessel(one, other):
         return False
     return (
         _stands_on(one, other)
@@ -211,6 +216,12 @@ def _overlap(one: _Region, other: _Region) -> float:
 
 def _is_hollow(region: _Region) -> bool:
     return hollowness(region.positions, region.normals) < _HOLLOW
+
+
+def _are_one_vessel(one: _Region, other: _Region) -> bool:
+    half = np.repeat((0, 1), (len(one.positions), len(other.positions)))
+    both = (np.vstack((getattr(one, name), getattr(other, name))) for name in ("positions", "normals"))
+    return len(np.unique(vessels_closed(half, *both))) == 1
 
 
 def _lies_on(upper: _Region, lower: _Region) -> bool:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import open3d
 import trimesh
+
+from agent.synthetic_tables.prints import Print, Surface, draw_print
+from structdiffusion.geometry import transform_points
 
 TABLE, FLOOR, WALL = 0, -1, -2  # beside the objects' numbers from 1 on
 _DARK = 0.1  # share of objects that are dark or shiny
@@ -17,7 +20,17 @@ _TEXTURED = 0.5  # share of surfaces with a pattern
 
 @dataclass(frozen=True)
 class Part:
-    """A mesh of the scene: its number, colour, pattern, and whether it is dark or shiny."""
+    """A mesh of the scene.
+
+    Attributes:
+        mesh: at its place.
+        number: of its object, or of the room.
+        color, accent: (3,) linear RGB of the surface and of its pattern.
+        waves: (2, 3) of the pattern, radians per metre.
+        dark: whether it is dark or shiny.
+        printed: its print, in place of colour and pattern.
+        object_from_scene: (4, 4) to the frame of the print.
+    """
 
     mesh: trimesh.Trimesh
     number: int
@@ -25,6 +38,8 @@ class Part:
     accent: np.ndarray
     waves: np.ndarray
     dark: bool
+    printed: Print | None = None
+    object_from_scene: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -50,6 +65,20 @@ def object_part(mesh: trimesh.Trimesh, pose: np.ndarray, number: int, rng: np.ra
     mesh = mesh.copy()
     mesh.apply_transform(pose)
     return looks(mesh, number, rng, rng.random() < _DARK)
+
+
+def printed_part(mesh: trimesh.Trimesh, pose: np.ndarray, number: int, rng: np.random.Generator) -> Part:
+    """Return an object at its pose (4, 4) with a print, as most that are bought have; one in ten is shiny."""
+    return replace(
+        object_part(mesh, pose, number, rng), printed=draw_print(rng), object_from_scene=np.linalg.inv(pose)
+    )
+
+
+def of_the_same_print(part: Part, mesh: trimesh.Trimesh, pose: np.ndarray, number: int) -> Part:
+    """Return another object of the same product, at its pose (4, 4)."""
+    mesh = mesh.copy()
+    mesh.apply_transform(pose)
+    return replace(part, mesh=mesh, number=number, object_from_scene=np.linalg.inv(pose))
 
 
 def looks(mesh: trimesh.Trimesh, number: int, rng: np.random.Generator, dark: bool) -> Part:
@@ -136,8 +165,21 @@ def colors(
     waves = np.array([part.waves for part in parts])[hits.own]
     pattern = np.sin(np.einsum("hwkc,hwc->hwk", waves, hits.points)).prod(axis=-1) > 0.25
     base = np.where(pattern[..., None], second, first)
+    for index, part in enumerate(parts):
+        mine = hits.there & (hits.own == index)
+        if part.printed is not None and mine.any():
+            base[mine] = part.printed.colors(_surface(part, hits, mine))
     toward = lamp - hits.points
     toward /= np.linalg.norm(toward, axis=-1, keepdims=True)
     lit = np.abs((hits.normals * toward).sum(axis=-1)) * ~shade
     bright = base * (0.45 + 0.55 * lit)[..., None] + rng.normal(0.0, 0.012, base.shape)
     return (255 * np.clip(bright, 0.0, 1.0) ** (1 / 2.2)).astype(np.uint8)
+
+
+def _surface(part: Part, hits: Hits, mine: np.ndarray) -> Surface:
+    """Return the pixels (H, W) of a part as points of its surface."""
+    assert part.object_from_scene is not None
+    turn = part.object_from_scene[:3, :3].T
+    points = transform_points(part.object_from_scene, hits.points[mine])
+    own = transform_points(part.object_from_scene, part.mesh.vertices)
+    return Surface(points, hits.normals[mine] @ turn, own.min(axis=0), own.max(axis=0))

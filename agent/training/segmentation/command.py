@@ -20,11 +20,12 @@ def train_segmentation_network(
     learning_rate: float,
     seed: int,
     threads: int,
+    start: Path | None = None,
 ) -> None:
     """Train the segmentation network, or resume its training; print every row of the log.
 
     Args:
-        out, steps, batch, views, learning_rate, seed, workers: as `SegmentationTraining` takes them.
+        out, steps, batch, views, learning_rate, seed, workers, start: as `SegmentationTraining` takes them.
         device: one of `agent.training.train.DEVICES`.
         threads: of torch.
 
@@ -35,6 +36,6 @@ def train_segmentation_network(
     """
     where = chosen_device(device)
     torch.set_num_threads(threads)
-    options = SegmentationTraining(out, steps, batch, views, learning_rate, seed, where, workers)
+    options = SegmentationTraining(out, steps, batch, views, learning_rate, seed, where, workers, start)
     train_network(options, lambda line: print(line, flush=True))
     print(f"trained for {steps} steps on {where}: {out}")

@@ -10,13 +10,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import torch
-from safetensors.torch import save_file
+from safetensors import SafetensorError
+from safetensors.torch import load_file, save_file
 from torch import nn
 from torch.nn import functional
 
 from agent.segmentation_network.features import CHANNELS
 from agent.segmentation_network.network import KIND, OUTPUTS
-from structdiffusion.models.checkpoint import CONFIG_NAME, WEIGHTS_NAME, Checkpointed
+from structdiffusion.models.checkpoint import CONFIG_NAME, WEIGHTS_NAME, Checkpointed, CheckpointError
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,46 @@ class SegmentationNetwork(Checkpointed):
                 weights |= {f"{name}.{key}": value for key, value in _folded(module[0], module[1]).items()}
         weights |= {"head.weight": self.head.weight.detach(), "head.bias": self.head.bias.detach()}
         save_file({name: value.half().contiguous().cpu() for name, value in weights.items()}, folder / WEIGHTS_NAME)
+
+
+    @torch.no_grad()
+    def start_from(self, folder: Path, maps: torch.Tensor) -> None:
+        """Take the weights of a network that was written by `save_pretrained`, so that training can go on.
+
+        Normalisation is part of its convolutions. It is taken out again with the statistics of inputs, so that the
+        network says of them, while it is trained, what the other one does.
+
+        Args:
+            folder: of that network.
+            maps: (B, CHANNELS, H, W) inputs as they are trained on.
+
+        Raises:
+            CheckpointError: for files that are missing, or are no network of the same sizes.
+        """
+        try:
+            state = load_file(folder / WEIGHTS_NAME)
+            for name, module in self.named_modules():
+                if isinstance(module, Block):
+                    module[0].weight.copy_(state[f"{name}.weight"])
+                    module[1].bias.copy_(state[f"{name}.bias"])
+            self.head.weight.copy_(state["head.weight"])
+            self.head.bias.copy_(state["head.bias"])
+        except (OSError, SafetensorError, KeyError, RuntimeError) as error:
+            raise CheckpointError(f"{str(folder)!r} holds no segmentation network to start from: {error}") from error
+        blocks = [module for module in self.modules() if isinstance(module, Block)]
+        hooks = [block[1].register_forward_pre_hook(_normalise_alike) for block in blocks]
+        self.eval()(maps)
+        for hook in hooks:
+            hook.remove()
+
+
+def _normalise_alike(normalisation: nn.BatchNorm2d, given: tuple[torch.Tensor]) -> None:
+    """Make a normalisation, whose bias is what it has to add, the identity beside that for what it is given."""
+    mean, variance = given[0].mean(dim=(0, 2, 3)), given[0].var(dim=(0, 2, 3))
+    normalisation.running_mean.copy_(mean)
+    normalisation.running_var.copy_(variance)
+    normalisation.weight.copy_(torch.sqrt(variance + normalisation.eps))
+    normalisation.bias.add_(mean)
 
 
 @torch.no_grad()

@@ -8,12 +8,23 @@ import numpy as np
 import trimesh
 
 from agent.synthetic_tables.arrangements import ARRANGEMENTS, Arrangement, NoRoom, Placed
-from agent.synthetic_tables.rendering import FLOOR, TABLE, WALL, Part, camera_pose, looks, object_part
+from agent.synthetic_tables.rendering import (
+    FLOOR,
+    TABLE,
+    WALL,
+    Part,
+    camera_pose,
+    looks,
+    object_part,
+    of_the_same_print,
+    printed_part,
+)
 from agent.synthetic_tables.shapes import Shape
 from agent.training.segmentation.objects import TRAINING
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 
 _CLUTTER = 0.6  # share of scenes that are clutter
+_PRINTED, _ALIKE = 0.7, 0.5  # shares of objects with a print, and of objects of one shape with the same print
 _MOST = 14  # objects of clutter
 _MOST_AROUND = 4  # pieces of furniture
 _THICK = 0.03  # m of the table's board
@@ -32,8 +43,20 @@ def training_scene(rng: np.random.Generator) -> tuple[list[Placed], list[Part]]:
         except NoRoom:
             if not scene.placed:
                 continue
-        objects = (object_part(one.shape.mesh, one.pose, k + 1, rng) for k, one in enumerate(scene.placed))
-        return scene.placed, [*_room(half, rng), *objects]
+        return scene.placed, [*_room(half, rng), *_object_parts(scene.placed, rng)]
+
+
+def _object_parts(placed: list[Placed], rng: np.random.Generator) -> list[Part]:
+    """Return the objects with their colours; those of one shape may be of one product."""
+    parts: list[Part] = []
+    for index, one in enumerate(placed):
+        like = next((k for k in range(index) if placed[k].shape is one.shape), None)
+        if like is not None and parts[like].printed is not None and rng.random() < _ALIKE:
+            parts.append(of_the_same_print(parts[like], one.shape.mesh, one.pose, index + 1))
+        else:
+            drawn = printed_part if rng.random() < _PRINTED else object_part
+            parts.append(drawn(one.shape.mesh, one.pose, index + 1, rng))
+    return parts
 
 
 def _clutter(scene: Arrangement) -> None:

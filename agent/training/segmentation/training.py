@@ -23,6 +23,7 @@ from structdiffusion.training.run_record import RunMetadata
 
 VIEWS = "views"  # the folder of the pool, in that of the run
 _FIRST = 2  # shards there are before the training begins
+_CALIBRATED = 24  # views that show the statistics of the network to continue from
 _LOOK_AGAIN = 50  # steps between looks for further shards
 
 
@@ -39,6 +40,7 @@ class SegmentationTraining:
         seed: of views, batches and initial weights.
         device: of torch.
         workers: processes that draw views.
+        start: folder of a network to continue from; `None` for random weights.
     """
 
     out: Path
@@ -49,6 +51,7 @@ class SegmentationTraining:
     seed: int
     device: torch.device
     workers: int
+    start: Path | None = None
 
 
 def train_network(options: SegmentationTraining, report: Callable[[str], None]) -> None:
@@ -59,7 +62,7 @@ def train_network(options: SegmentationTraining, report: Callable[[str], None]) 
         report: takes a line of progress after every fifty steps.
 
     Raises:
-        CheckpointError: if the earlier run in the folder cannot be resumed.
+        CheckpointError: if the earlier run in the folder cannot be resumed, or there is no network to start from.
         FloatingPointError: if the loss is not finite.
     """
     folder = options.out / VIEWS
@@ -73,6 +76,8 @@ def train_network(options: SegmentationTraining, report: Callable[[str], None]) 
     metadata = RunMetadata(__version__, about, options.batch, "views")
     with _drawing(folder, options):
         views = _Views(folder)
+        if options.start is not None:
+            network.start_from(options.start, views.maps(_CALIBRATED, np.random.default_rng(options.seed)))
 
         def loss(generator: torch.Generator) -> dict[str, torch.Tensor]:
             examples = views.batch(options.batch, generator)
@@ -98,6 +103,10 @@ class _Views:
     def count(self) -> int:
         """Return how many there are."""
         return self._pool.count
+
+    def maps(self, size: int, rng: np.random.Generator) -> torch.Tensor:
+        """Draw inputs (B, CHANNELS, H, W)."""
+        return torch.from_numpy(np.stack([one.maps for one in draw_batch(self._pool, size, rng)]))
 
     def batch(self, size: int, generator: torch.Generator) -> list[Example]:
         """Draw some views, each varied."""
