@@ -137,6 +137,7 @@ class ArmDriver:
     def weld(self, body: int) -> None:
         """Weld `body` to the hand in its present pose."""
         arm, client = self.arm, self.world.client
+        self.world.free(body)
         self._wake(body)
         position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
         state = pybullet.getLinkState(arm.body, arm.hand, physicsClientId=client)

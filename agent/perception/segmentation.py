@@ -26,6 +26,7 @@ from agent.recordings.recording import Recording
 from structdiffusion.geometry import transform_points
 
 _ARM_CLEARANCE = 0.03  # m about the arm's own model: what is nearer is the arm, its cables, and the noise at its edges
+_BELOW = 0.006  # m below what carries it, within which a point is an object's still
 _TABLE_BAND = 4.0  # sigma, or 1 cm: what lies nearer to the table's surface is the table
 
 
@@ -155,9 +156,18 @@ def _left_out(wide: np.ndarray, world_from_level: np.ndarray) -> list[str]:
     return notes
 
 
+def _above(own: np.ndarray, world: np.ndarray, bottom: float) -> np.ndarray:
+    """Return which points (P,) of an object are its own: what is below the one that carries it is not.
+
+    At the edge of an object on another, a camera's depth runs over into what is seen beside it.
+    """
+    return own if bottom <= 0.0 else own & (world[:, 2] > bottom - _BELOW)
+
+
 def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.ndarray]) -> tuple[Segment, ...]:
     """Return the objects with their names."""
     supports = supports_of([world[own] for own in members])
+    members = [_above(own, world, on.bottom) for own, on in zip(members, supports, strict=True)]
     boxes = [oriented_box(world[own], on.bottom) for own, on in zip(members, supports, strict=True)]
     shapes = shape_words([sides for _, sides in boxes])
     light = np.ones(3) if colors is None else light_of(colors)

@@ -86,6 +86,7 @@ def _placed(
             [*table.names[:count], *(table.names[i] for i in others)],
             table.world.ground,
             on_end=on_end,
+            held=[k for k, i in enumerate((*range(count), *others)) if i in table.world.held],
         )
     place = {name: i for i, name in enumerate(table.names)}
     indices, unseen = [place[name] for name in wanted.names], [place[name] for name in wanted.unseen]
@@ -103,6 +104,7 @@ def _placed(
         on_end=on_end,
         aside=wanted.set_aside([table.names[i] for i in moving(motions)]),
         colors=wanted.colors,
+        held=[k for k, i in enumerate((*indices, *unseen)) if i in table.world.held],
     )
     final = verdict.world_from_final
     return replace(verdict, world_from_final=final[[indices.index(i) for i in range(count)]])

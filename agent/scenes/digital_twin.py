@@ -7,8 +7,9 @@ clouds move along with its bodies.
 from __future__ import annotations
 
 import hashlib
+import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,6 +33,7 @@ from agent.scenes.validation import StandingObject
 from grounding.references.attributes import SceneObject
 from grounding.references.selection import Selection
 from structdiffusion.data.scene_sampling import SceneError
+from structdiffusion.geometry import tilt_between
 from structdiffusion.objects.model import SURFACE_POINTS
 from structdiffusion.observation import ObjectCloud, Scene
 from structdiffusion.simulation.depth_camera import camera_at
@@ -42,7 +44,8 @@ if TYPE_CHECKING:
 _MESHES = "meshes"  # the folder beside a saved scene file
 _SETTLE_SECONDS = 1.0
 _FELL = "fell off the table as the twin came to rest"
-_STAYS = 0.01  # m: a body that moves farther while the twin comes to rest was completed badly, and that is said
+# m and radians: a body that moves farther while the twin comes to rest was completed badly.
+_STAYS, _TILTED = 0.01, math.radians(5.0)
 
 
 class RecordedSource:
@@ -226,18 +229,49 @@ class RecordedScene(TableScene):
         }
         taken = taken_nouns(segments.objects, source.called) if telling else []
         self.notes = (*taken, *found, *left_out, *self.notes, *self._come_to_rest())
+        self._unsteady = frozenset(self.names[index] for index in self.world.held)
         self.remember({each.name: _thinned(each.cloud, thinning) for each in ordered})
 
     def _come_to_rest(self) -> list[str]:
-        """Let the bodies settle; return a note for each that moves away from its observed place."""
-        self.world.settle(_SETTLE_SECONDS)
+        """Let the bodies settle; return a note for each that would leave its observed place, and is held there.
+
+        The objects themselves stand: where a body does not, what was not seen of it, or of what carries it, was
+        completed badly. A body beyond the table's edge is none that stands there, and falls.
+        """
         notes = []
-        for name, before, now in zip(self.names, self.world_from_initial, self.world.poses(), strict=True):
-            moved = float(np.linalg.norm(now[:3, 3] - before[:3, 3]))
-            if moved > _STAYS:
-                how = f"moved by {100 * moved:.0f} cm as the twin came to rest"
-                notes.append(f"{name} {how}: what was not seen of it may be completed badly")
-        return notes
+        while True:
+            self.world.settle(_SETTLE_SECONDS)
+            moved = [i for i, now in enumerate(self.world.poses()) if i not in self.world.held and self._left(i, now)]
+            if not moved:
+                return notes
+            for index, pose in enumerate(self.world_from_initial):
+                if index in moved or self._over_table(index):
+                    self.world.set_pose(index, pose)
+            for index in moved:
+                self.world.hold(index)
+                notes.append(
+                    f"{self.names[index]} is held where it was seen until the arm takes it: its body would not stay "
+                    "there, so that what was not seen of it, or of what it stands on, may be completed badly"
+                )
+
+    def _left(self, index: int, now: np.ndarray) -> bool:
+        """Return whether an object over the table is no longer at its observed place."""
+        before = self.world_from_initial[index]
+        gone = float(np.linalg.norm(now[:3, 3] - before[:3, 3])) > _STAYS or tilt_between(now, before) > _TILTED
+        return gone and self._over_table(index)
+
+    def _over_table(self, index: int) -> bool:
+        return self.world.ground.overhang(self.world_from_initial[index][None, :2, 3]) <= 0.0
+
+    def put_back(self, poses: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+        """See `TableScene.put_back`; what was held where it was seen is held there again."""
+        moved = super().put_back(poses)
+        for index, name in enumerate(self.names):
+            if name in self._unsteady:
+                self.world.free(self.world.bodies[index])
+                if np.abs(poses[name] - self.world_from_initial[index]).max() <= _STAYS:
+                    self.world.hold(index)
+        return moved
 
     def look(self) -> Scene:
         """Observe the table; as long as nothing has moved, return the recorded observation."""

@@ -153,6 +153,7 @@ def place_and_check(
     on_end: Callable[[TabletopWorld], None] | None = None,
     aside: Sequence[int] = (),
     colors: Sequence[str] | None = None,
+    held: Sequence[int] = (),
 ) -> Verdict:
     """Place an arrangement under the evaluation protocol and judge it. Deterministic.
 
@@ -172,6 +173,8 @@ def place_and_check(
         on_end: called with the world as it is in the end, such as to take a picture of it.
         aside: for a goal, the objects that only make room.
         colors: under a goal that groups by colour, the name of each object's colour.
+        held: which objects, and others after them, keep their places as long as they are not released; they stand in
+            the world, but a completed body of them would not.
 
     Raises:
         GoalError: for a goal that these objects cannot be checked for.
@@ -190,6 +193,9 @@ def place_and_check(
     order = tuple(moved[k] for k in ranks)
     there = [*others, *((models[i], world_from_goal[i]) for i in stays)]
     with TabletopWorld([model for model, _ in there], [pose for _, pose in there], table, ground=ground) as world:
+        for place, index in enumerate((*range(len(models), len(models) + len(others)), *stays)):
+            if index in held:
+                world.hold(place)
         trial = _Trial(world, models, world_from_goal, names, stays)
         checks, failure = (), None
         try:

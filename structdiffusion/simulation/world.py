@@ -71,6 +71,7 @@ class TabletopWorld:
         self.models: list[ObjectModel] = []
         self.bodies: list[int] = []
         self._object_from_inertial: list[np.ndarray] = []
+        self._held: set[int] = set()  # bodies
         pybullet.setGravity(0.0, 0.0, -9.81, **self._here)
         # Contacts take most of the time; with these settings towers creep by less than 0.5 mm in 2 s.
         solver = {"numSolverIterations": 50, "solverResidualThreshold": 1e-6, "deterministicOverlappingPairs": 1}
@@ -135,6 +136,25 @@ class TabletopWorld:
             body, inertial[:3, 3].tolist(), quaternion_from_matrix(inertial).tolist(), **self._here
         )
         pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), **self._here)
+
+    def hold(self, index: int) -> None:
+        """Keep an object where it is, whatever touches it or is below it, until it is freed."""
+        pybullet.changeDynamics(self.bodies[index], -1, mass=0.0, **self._here)
+        self._held.add(self.bodies[index])
+
+    def free(self, body: int) -> None:
+        """Let a body that was held move again; other bodies move anyway."""
+        if body not in self._held:
+            return
+        self._held.remove(body)
+        model = self.models[self.bodies.index(body)]
+        inertia = model.mass_properties.inertia.tolist()
+        pybullet.changeDynamics(body, -1, mass=model.mass, localInertiaDiagonal=inertia, **self._here)
+
+    @property
+    def held(self) -> list[int]:
+        """Return the indices of the objects that are held."""
+        return [index for index, body in enumerate(self.bodies) if body in self._held]
 
     def speeds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the speed of every object's centre of mass (N,) m/s, and its angular speed (N,) rad/s."""

@@ -68,6 +68,9 @@ def segmentation(
     method: Annotated[
         Method, typer.Option(help="What tells objects apart: geometry, the network, or geometry that asks the network.")
     ] = Method.both,
+    printed: Annotated[
+        bool, typer.Option("--printed", help="Synthetic objects have labels, caps, handles and other prints.")
+    ] = False,
     seed: SeedOption = 0,
     workers: ProcessesOption = _CORES,
     out: ReportOption = None,
@@ -84,7 +87,7 @@ def segmentation(
     import_pybullet_silently()
     from agent.evaluation.segmentation.measurement import measure_segmentation, print_segmentation
 
-    measure = partial(measure_segmentation, data, part.value, scenes, seed, workers, method.value)
+    measure = partial(measure_segmentation, data, part.value, scenes, seed, workers, method.value, printed)
     finish(measure, print_segmentation, out, json_output)
 
 

@@ -33,11 +33,12 @@ from structdiffusion.parallel import in_parallel
 
 _ALL = "all"
 _COUNTS = ("split", "swallowed", "missed", "phantoms")
-Job = Path | tuple[str, str, int, int]  # a file; or the class, part, seed and number of a synthetic table
+# A file; or the class, part, seed and number of a synthetic table, and whether its objects have prints.
+Job = Path | tuple[str, str, int, int, bool]
 
 
 def measure_segmentation(
-    data: Path | None, part: str, count: int, seed: int, workers: int, method: str = DEFAULT
+    data: Path | None, part: str, count: int, seed: int, workers: int, method: str = DEFAULT, printed: bool = False
 ) -> Row:
     """Segment every cloud and compare it with its truth; return a JSON-ready report with a row for each.
 
@@ -48,6 +49,7 @@ def measure_segmentation(
         seed: of the synthetic tables.
         workers: processes.
         method: who tells objects apart, one of `METHODS`.
+        printed: whether the objects of synthetic tables have prints.
 
     Raises:
         BadInput: when the folder holds no labelled cloud, or one is damaged.
@@ -58,8 +60,8 @@ def measure_segmentation(
         read_labelled(jobs[0])  # a folder of other clouds is reported before any worker starts
         command = command_line("segmentation", data=data, method=method)
     else:
-        jobs = [(kind, part, seed, number) for kind in ARRANGEMENTS for number in range(count)]
-        command = command_line("segmentation", part=part, scenes=count, seed=seed, method=method)
+        jobs = [(kind, part, seed, number, printed) for kind in ARRANGEMENTS for number in range(count)]
+        command = command_line("segmentation", part=part, scenes=count, seed=seed, method=method, printed=printed)
     rows, lost = collect("clouds segmented", in_parallel(_compare, str, (method,), jobs, workers), len(jobs))
     frame = report_frame(command, len(rows), None if data is not None else seed, (agent.perception,))
     kinds = list(dict.fromkeys(row["class"] for row in rows))

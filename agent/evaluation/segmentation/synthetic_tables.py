@@ -21,6 +21,7 @@ from agent.synthetic_tables.rendering import (
     facing,
     looks,
     object_part,
+    printed_part,
     ray_scene,
     visible,
 )
@@ -34,13 +35,14 @@ _LEAST = 400  # measured pixels of every object
 _THICK = 0.03  # m of the table's board
 
 
-def synthetic_table(kind: str, part: str, seed: int, number: int) -> LabelledCloud:
+def synthetic_table(kind: str, part: str, seed: int, number: int, printed: bool = False) -> LabelledCloud:
     """Draw a table and what a depth camera sees of it.
 
     Args:
         kind: of arrangement, a key of `ARRANGEMENTS`.
         part: "development" or "test": which objects there are.
         seed, number: the same two give the same table.
+        printed: whether the objects have labels, bands, caps and other prints.
     """
     for draw in range(_DRAWS):
         rng = np.random.default_rng((seed, list(PARTS).index(part), list(ARRANGEMENTS).index(kind), number, draw))
@@ -50,22 +52,22 @@ def synthetic_table(kind: str, part: str, seed: int, number: int) -> LabelledClo
             ARRANGEMENTS[kind](scene)
         except NoRoom:
             continue
-        cloud = _seen(scene, half, kind, f"{kind} {number}", rng)
+        cloud = _seen(scene, half, kind, f"{kind} {number}", printed, rng)
         if cloud is not None:
             return cloud
     raise RuntimeError(f"no table of the kind {kind!r} could be drawn in {_DRAWS} attempts")
 
 
 def _seen(
-    arranged: Arrangement, half: np.ndarray, kind: str, name: str, rng: np.random.Generator
+    arranged: Arrangement, half: np.ndarray, kind: str, name: str, printed: bool, rng: np.random.Generator
 ) -> LabelledCloud | None:
     """Render a scene; `None` if too little of an object is seen, or one is cut by the picture's border."""
     sensor = SENSORS[int(rng.integers(len(SENSORS)))]
     camera = _camera(rng)
-    placed = arranged.placed
+    placed, drawn = arranged.placed, printed_part if printed else object_part
     parts = [
         *_surroundings(half, rng, arranged.at_wall),
-        *(object_part(one.shape.mesh, one.pose, index + 1, rng) for index, one in enumerate(placed)),
+        *(drawn(one.shape.mesh, one.pose, index + 1, rng) for index, one in enumerate(placed)),
     ]
     scene = ray_scene(parts)
     rays = camera_rays(camera, sensor.focal, _WIDTH, _HEIGHT)

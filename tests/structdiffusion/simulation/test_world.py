@@ -107,6 +107,18 @@ def test_things_beyond_the_edge_fall_and_cans_do_not_roll_forever():
         assert world.speeds()[0][1] < 0.01
 
 
+def test_what_is_held_stays_until_it_is_freed():
+    with TabletopWorld([block(0.05, 0.05, 0.05)] * 2, [at(0.4, 0.0, 0.2), at(0.4, 0.2, 0.2)]) as world:
+        world.hold(0)
+        world.settle(0.5)
+        assert world.held == [0] and np.allclose(world.pose(0), at(0.4, 0.0, 0.2)) and world.pose(1)[2, 3] < 0.01
+        world.reorder([1, 0])
+        assert world.held == [1]
+        world.free(world.bodies[1])
+        world.settle(0.5)
+        assert world.held == [] and world.pose(1)[2, 3] < 0.01
+
+
 def test_worlds_live_side_by_side():
     with TabletopWorld([block(0.05, 0.05, 0.05)], [at(0.45, 0.0)]) as first, TabletopWorld() as second:
         assert first.client != second.client
