@@ -24,6 +24,7 @@ _LEAST = 80  # voxels of each object that another is divided into
 _LEAST_SHARE = 0.05  # of that one's voxels
 _NARROWEST = 0.015  # m: what is neither wider nor higher is the edge of something
 _CERTAIN_TO_DIVIDE, _CERTAIN_TO_JOIN = 0.9, 0.8  # masks; chosen on scenes of validation objects
+_CERTAIN_TO_KEEP = 0.6  # masks that keep an object of several colours whole
 _SEPARATION = 0.85  # times the sum of the spreads: the centres of two objects are farther apart
 _WITHIN = 0.5  # of a mask lies in the object that it divides
 _COVERED = 0.75  # of every object that a mask joins
@@ -60,6 +61,45 @@ class Arbiter:
             return mask
         part = divided(part, mask, self.masks, voxels.positions)
         return united(part, connected, mask, self.masks.certainty, lab)
+
+
+    def kept_whole(
+        self, part: np.ndarray, divided: np.ndarray, voxels: Voxels, chosen: np.ndarray
+    ) -> np.ndarray:
+        """Return the object (V,) of each voxel: what was divided by its colours stays whole where the network is certain
+        to see one object, for a print has colours too.
+
+        Args:
+            part: (V,) the object of each voxel before, -1 for none.
+            divided: (V,) after it.
+            voxels, chosen: as `regrouped` takes them.
+        """
+        mask = _filled(_of_voxels(self.masks.of_point[chosen], voxels, len(self.masks.certainty)), part, voxels)
+        return whole_again(part, divided, mask, self.masks.certainty)
+
+
+def whole_again(part: np.ndarray, divided: np.ndarray, mask: np.ndarray, certainty: np.ndarray) -> np.ndarray:
+    """Join the pieces of an object that one mask covers with certainty.
+
+    Args:
+        part, divided: (V,) the object of each voxel before and after it was divided, -1 for none.
+        mask: (V,) the network's, -1 for none.
+        certainty: (M,) of each mask.
+    """
+    result = divided.copy()
+    for index in np.unique(part[part >= 0]):
+        pieces = np.unique(divided[(part == index) & (divided >= 0)])
+        if len(pieces) < 2:
+            continue
+        owner: dict[int, int] = {}
+        for piece in pieces:
+            own = mask[divided == piece]
+            votes = np.bincount(own[own >= 0], minlength=len(certainty)) if len(certainty) else np.zeros(1)
+            best = int(votes.argmax())
+            if votes[best] < _COVERED * len(own) or certainty[best] < _CERTAIN_TO_KEEP:
+                continue
+            result[divided == piece] = owner.setdefault(best, int(piece))
+    return result
 
 
 def divided(part: np.ndarray, mask: np.ndarray, masks: Masks, positions: np.ndarray) -> np.ndarray:

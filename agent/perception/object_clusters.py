@@ -120,7 +120,8 @@ def find_objects(
         of_voxel = arbiter.regrouped(of_voxel, connected, voxels, solid, lab)
     if lab is not None:
         places = np.column_stack((voxels.positions[:, :2], tall))
-        of_voxel = divided_by_regions(of_voxel, places, normals(places, eye), lab, contrast < _CONTRAST, eye, voxels.reach)
+        divided = divided_by_regions(of_voxel, places, normals(places, eye), lab, contrast < _CONTRAST, eye, voxels.reach)
+        of_voxel = divided if arbiter is None else arbiter.kept_whole(of_voxel, divided, voxels, solid)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0

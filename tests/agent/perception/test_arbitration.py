@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from agent.perception import arbitration
 from agent.perception.arbitration import BOTH, GEOMETRY, NETWORK, Arbiter, divided, united
 from agent.perception.clustering import Voxels
 from agent.perception.masks import Masks
@@ -105,3 +106,12 @@ def test_blocks_that_stand_apart_are_found_by_every_method(record, method):
     for number in (1, 2):
         shared = (found.labels == number) & (plain.labels == number)
         assert shared.sum() > 0.9 * (plain.labels == number).sum()
+
+
+def test_an_object_of_two_colours_stays_whole_where_one_certain_mask_covers_it():
+    part, pieces = np.zeros(200, dtype=int), np.repeat((0, 1), 100)
+    one, two = np.zeros(200, dtype=int), np.repeat((0, 1), 100)
+    certain, unsure = np.array([0.9, 0.9]), np.array([0.3, 0.3])
+    assert len(np.unique(arbitration.whole_again(part, pieces, one, certain))) == 1
+    assert len(np.unique(arbitration.whole_again(part, pieces, two, certain))) == 2
+    assert len(np.unique(arbitration.whole_again(part, pieces, one, unsure))) == 2
