@@ -43,43 +43,36 @@ class Arbiter:
     masks: Masks
     method: str
 
+    def mask_of(self, connected: np.ndarray, voxels: Voxels, chosen: np.ndarray) -> np.ndarray:
+        """Return the network's mask (V,) of each voxel, -1 for none.
+
+        Args:
+            connected: (V,) the connected part of each voxel, -1 for none.
+            voxels: of the points above the table.
+            chosen: (P,) which points these are.
+        """
+        return _filled(_of_voxels(self.masks.of_point[chosen], voxels, len(self.masks.certainty)), connected, voxels)
+
     def regrouped(
-        self, part: np.ndarray, connected: np.ndarray, voxels: Voxels, chosen: np.ndarray, lab: np.ndarray | None
+        self, part: np.ndarray, connected: np.ndarray, mask: np.ndarray, positions: np.ndarray, lab: np.ndarray | None
     ) -> np.ndarray:
         """Return the object (V,) of each voxel.
 
         Args:
             part: (V,) geometry's object of each voxel, -1 for none.
             connected: (V,) the connected part that it was divided from.
-            voxels: of the points above the table.
-            chosen: (P,) which points these are.
+            mask: (V,) the network's, as `mask_of` returns it.
+            positions: (V, 3) of the voxels.
             lab: (V, 3) colours in CIELAB, or `None`.
         """
-        mask = _of_voxels(self.masks.of_point[chosen], voxels, len(self.masks.certainty))
-        mask = _filled(mask, connected, voxels)
         if self.method == NETWORK:
             return mask
-        part = divided(part, mask, self.masks, voxels.positions)
+        part = divided(part, mask, self.masks, positions)
         return united(part, connected, mask, self.masks.certainty, lab)
 
 
-    def kept_whole(
-        self, part: np.ndarray, divided: np.ndarray, voxels: Voxels, chosen: np.ndarray
-    ) -> np.ndarray:
-        """Return the object (V,) of each voxel: what was divided by its colours stays whole where the network is certain
-        to see one object, for a print has colours too.
-
-        Args:
-            part: (V,) the object of each voxel before, -1 for none.
-            divided: (V,) after it.
-            voxels, chosen: as `regrouped` takes them.
-        """
-        mask = _filled(_of_voxels(self.masks.of_point[chosen], voxels, len(self.masks.certainty)), part, voxels)
-        return whole_again(part, divided, mask, self.masks.certainty)
-
-
 def whole_again(part: np.ndarray, divided: np.ndarray, mask: np.ndarray, certainty: np.ndarray) -> np.ndarray:
-    """Join the pieces of an object that one mask covers with certainty.
+    """Join the pieces of an object that one mask covers with certainty: a print has several colours too.
 
     Args:
         part, divided: (V,) the object of each voxel before and after it was divided, -1 for none.

@@ -126,7 +126,8 @@ def _with_its_own(
                 continue
             two = _Region.of(positions[its], normals[its])
             touches = (away[its] < reach).sum() >= _BORDER
-            if _are_one_vessel(one, two) or touches and not _are_apart(one, two, np.vstack((lab[own], lab[its])), eye, reach):
+            both = np.vstack((lab[own], lab[its]))
+            if _are_one_vessel(one, two) or touches and not _are_apart(one, two, both, eye, reach):
                 part[own] = other
                 break
     return part

@@ -13,7 +13,7 @@ import shapely
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from agent.perception.arbitration import Arbiter
+from agent.perception.arbitration import Arbiter, whole_again
 from agent.perception.clustering import Voxels, clusters, gather, normals, strays
 from agent.perception.color_regions import divided_by_regions
 from agent.perception.height_map import Relief
@@ -115,13 +115,15 @@ def find_objects(
         like_table = _median_of_part(of_voxel, contrast) < _CONTRAST
         of_voxel[like_table & ~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     connected = of_voxel
-    of_voxel = grouped(connected, np.column_stack((voxels.positions[:, :2], tall)), lab, eye, voxels.reach)
+    places = np.column_stack((voxels.positions[:, :2], tall))
+    facing = normals(places, eye)
+    of_voxel = grouped(connected, places, facing, lab, eye, voxels.reach)
     if arbiter is not None:
-        of_voxel = arbiter.regrouped(of_voxel, connected, voxels, solid, lab)
+        mask = arbiter.mask_of(connected, voxels, solid)
+        of_voxel = arbiter.regrouped(of_voxel, connected, mask, voxels.positions, lab)
     if lab is not None:
-        places = np.column_stack((voxels.positions[:, :2], tall))
-        divided = divided_by_regions(of_voxel, places, normals(places, eye), lab, contrast < _CONTRAST, eye, voxels.reach)
-        of_voxel = divided if arbiter is None else arbiter.kept_whole(of_voxel, divided, voxels, solid)
+        divided = divided_by_regions(of_voxel, places, facing, lab, contrast < _CONTRAST, eye, voxels.reach)
+        of_voxel = divided if arbiter is None else whole_again(of_voxel, divided, mask, arbiter.masks.certainty)
     of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
     prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
     cut = voxels.mean(border[solid].astype(np.float64)) > 0
@@ -139,17 +141,19 @@ def find_objects(
     return Found(labels, int(of_voxel.max()) + 1, wide[shapely.contains_xy(relief.outline, wide[:, 0], wide[:, 1])])
 
 
-def grouped(part: np.ndarray, places: np.ndarray, lab: np.ndarray | None, eye: np.ndarray, reach: float) -> np.ndarray:
+def grouped(
+    part: np.ndarray, places: np.ndarray, facing: np.ndarray, lab: np.ndarray | None, eye: np.ndarray, reach: float
+) -> np.ndarray:
     """Return the object (V,) of each voxel: parts are split into objects, and parts of one object are joined.
 
     Args:
         part: (V,) the connected part of each voxel, -1 for none.
         places: (V, 3) level frame, z above the table, metres.
+        facing: (V, 3) unit normals, toward the camera.
         lab: (V, 3) colours in CIELAB, or `None`.
         eye: (3,) where the camera is.
         reach: metres within which voxels are neighbours.
     """
-    facing = normals(places, eye)
     part = flat_things_joined(part, places, reach)
     part = split(part, places, facing, lab, eye, reach)
     part = joined(part, places, facing, lab)

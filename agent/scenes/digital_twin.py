@@ -245,7 +245,7 @@ class RecordedScene(TableScene):
             if not moved:
                 return notes
             for index, pose in enumerate(self.world_from_initial):
-                if index in moved or self._over_table(index):
+                if self._over_table(index):
                     self.world.set_pose(index, pose)
             for index in moved:
                 self.world.hold(index)

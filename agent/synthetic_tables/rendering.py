@@ -62,9 +62,7 @@ class Hits:
 
 def object_part(mesh: trimesh.Trimesh, pose: np.ndarray, number: int, rng: np.random.Generator) -> Part:
     """Return an object at its pose (4, 4), with a colour; one in ten is dark or shiny."""
-    mesh = mesh.copy()
-    mesh.apply_transform(pose)
-    return looks(mesh, number, rng, rng.random() < _DARK)
+    return looks(_at(mesh, pose), number, rng, rng.random() < _DARK)
 
 
 def printed_part(mesh: trimesh.Trimesh, pose: np.ndarray, number: int, rng: np.random.Generator) -> Part:
@@ -76,9 +74,13 @@ def printed_part(mesh: trimesh.Trimesh, pose: np.ndarray, number: int, rng: np.r
 
 def of_the_same_print(part: Part, mesh: trimesh.Trimesh, pose: np.ndarray, number: int) -> Part:
     """Return another object of the same product, at its pose (4, 4)."""
+    return replace(part, mesh=_at(mesh, pose), number=number, object_from_scene=np.linalg.inv(pose))
+
+
+def _at(mesh: trimesh.Trimesh, pose: np.ndarray) -> trimesh.Trimesh:
     mesh = mesh.copy()
     mesh.apply_transform(pose)
-    return replace(part, mesh=mesh, number=number, object_from_scene=np.linalg.inv(pose))
+    return mesh
 
 
 def looks(mesh: trimesh.Trimesh, number: int, rng: np.random.Generator, dark: bool) -> Part:

@@ -84,7 +84,6 @@ class SegmentationNetwork(Checkpointed):
         weights |= {"head.weight": self.head.weight.detach(), "head.bias": self.head.bias.detach()}
         save_file({name: value.half().contiguous().cpu() for name, value in weights.items()}, folder / WEIGHTS_NAME)
 
-
     @torch.no_grad()
     def start_from(self, folder: Path, maps: torch.Tensor) -> None:
         """Take the weights of a network that was written by `save_pretrained`, so that training can go on.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,17 +77,22 @@ def train_network(options: SegmentationTraining, report: Callable[[str], None]) 
     with _drawing(folder, options):
         views = _Views(folder)
         if options.start is not None:
-            network.start_from(options.start, views.maps(_CALIBRATED, np.random.default_rng(options.seed)))
+            seen = views.drawn(_CALIBRATED, np.random.default_rng(options.seed))
+            network.start_from(options.start, _inputs(seen, options.device))
 
         def loss(generator: torch.Generator) -> dict[str, torch.Tensor]:
             examples = views.batch(options.batch, generator)
-            maps = torch.from_numpy(np.stack([one.maps for one in examples]))
-            outputs = network(maps.to(options.device).contiguous(memory_format=torch.channels_last))
-            return segmentation_loss(outputs, examples, generator)
+            return segmentation_loss(network(_inputs(examples, options.device)), examples, generator)
 
         for row in train(network, loss, options.out, schedule, options.device, metadata=metadata):
             losses = "  ".join(f"{name} {value:.3f}" for name, value in row.losses.items())
             report(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {views.count} views  {losses}")
+
+
+def _inputs(examples: Sequence[Example], device: torch.device) -> torch.Tensor:
+    """Return the network's input (B, CHANNELS, H, W) of some examples."""
+    maps = torch.from_numpy(np.stack([one.maps for one in examples]))
+    return maps.to(device).contiguous(memory_format=torch.channels_last)
 
 
 class _Views:
@@ -104,17 +109,17 @@ class _Views:
         """Return how many there are."""
         return self._pool.count
 
-    def maps(self, size: int, rng: np.random.Generator) -> torch.Tensor:
-        """Draw inputs (B, CHANNELS, H, W)."""
-        return torch.from_numpy(np.stack([one.maps for one in draw_batch(self._pool, size, rng)]))
+    def drawn(self, size: int, rng: np.random.Generator) -> list[Example]:
+        """Draw some views, each varied."""
+        return draw_batch(self._pool, size, rng)
 
     def batch(self, size: int, generator: torch.Generator) -> list[Example]:
-        """Draw some views, each varied."""
+        """Draw the views of a step."""
         self._steps += 1
         if self._steps % _LOOK_AGAIN == 0:
             self._pool.refresh()
         seed = int(torch.randint(2**62, (1,), generator=generator, device=generator.device))
-        return draw_batch(self._pool, size, np.random.default_rng(seed))
+        return self.drawn(size, np.random.default_rng(seed))
 
 
 @contextmanager

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from agent.perception import arbitration
-from agent.perception.arbitration import BOTH, GEOMETRY, NETWORK, Arbiter, divided, united
+from agent.perception.arbitration import BOTH, GEOMETRY, NETWORK, Arbiter, divided, united, whole_again
 from agent.perception.clustering import Voxels
 from agent.perception.masks import Masks
 from agent.perception.segmentation import segment
@@ -92,8 +91,9 @@ def test_each_method_has_its_own_objects(squares):
     masks = Masks(of_point, np.ones(len(of_point)), np.array([0.9]), np.zeros((1, 3)), np.ones(1))
     whole = np.zeros(len(own), dtype=int)
     chosen = np.ones(len(of_point), dtype=bool)
-    assert (Arbiter(masks, BOTH).regrouped(whole, whole, voxels, chosen, None) == 0).all()
-    network = Arbiter(masks, NETWORK).regrouped(whole, whole, voxels, chosen, None)
+    mask = Arbiter(masks, BOTH).mask_of(whole, voxels, chosen)
+    assert (Arbiter(masks, BOTH).regrouped(whole, whole, mask, positions, None) == 0).all()
+    network = Arbiter(masks, NETWORK).regrouped(whole, whole, mask, positions, None)
     assert (network[own == 1] == 0).all() and (network[positions[:, 1] < 0.05] == -1).all()
 
 
@@ -112,6 +112,6 @@ def test_an_object_of_two_colours_stays_whole_where_one_certain_mask_covers_it()
     part, pieces = np.zeros(200, dtype=int), np.repeat((0, 1), 100)
     one, two = np.zeros(200, dtype=int), np.repeat((0, 1), 100)
     certain, unsure = np.array([0.9, 0.9]), np.array([0.3, 0.3])
-    assert len(np.unique(arbitration.whole_again(part, pieces, one, certain))) == 1
-    assert len(np.unique(arbitration.whole_again(part, pieces, two, certain))) == 2
-    assert len(np.unique(arbitration.whole_again(part, pieces, one, unsure))) == 2
+    assert len(np.unique(whole_again(part, pieces, one, certain))) == 1
+    assert len(np.unique(whole_again(part, pieces, two, certain))) == 2
+    assert len(np.unique(whole_again(part, pieces, one, unsure))) == 2
