@@ -7,11 +7,16 @@ import pytest
 import torch
 
 from agent.cli.app import command_line
+from agent.segmentation_network import WEIGHTS
+from agent.segmentation_network.features import CHANNELS
 from agent.segmentation_network.network import CLASSES, OUTPUTS, VOTE_UNIT, SegmentationNetwork
 from agent.training.segmentation import pool
-from agent.training.segmentation.batches import Example
+from agent.training.segmentation.batches import Example, draw_batch
 from agent.training.segmentation.loss import lovasz_hinge, segmentation_loss
+from agent.training.segmentation.network import SegmentationConfig
+from agent.training.segmentation.network import SegmentationNetwork as TrainedNetwork
 from agent.training.segmentation.pool import Pool, fill
+from structdiffusion.models.checkpoint import CheckpointError
 
 
 @pytest.fixture(scope="module")
@@ -108,3 +113,19 @@ def test_training_writes_a_network_that_numpy_runs_and_resumes(views, capsys):
     assert [session["last_step"] for session in record["sessions"]] == [1, 2]
     seen = SegmentationNetwork.from_pretrained(views.parent)(np.zeros((12, 32, 32), dtype=np.float32))
     assert np.isfinite(seen.votes).all()
+
+
+def test_a_network_to_start_from_says_the_same_while_it_is_trained(views):
+    rng = np.random.default_rng(0)
+    maps = np.stack([one.maps for one in draw_batch(Pool(views), 6, rng)])
+    network = TrainedNetwork(SegmentationConfig())
+    network.start_from(WEIGHTS, torch.from_numpy(maps))
+    expected = np.stack([SegmentationNetwork.from_pretrained(WEIGHTS).outputs(one) for one in maps])
+    for mode in (network.eval(), network.train()):
+        with torch.no_grad():
+            np.testing.assert_allclose(mode(torch.from_numpy(maps)).numpy(), expected, atol=0.02)
+
+
+def test_a_folder_without_a_network_is_named(tmp_path):
+    with pytest.raises(CheckpointError, match=r"nothing' holds no segmentation network to start from"):
+        TrainedNetwork(SegmentationConfig()).start_from(tmp_path / "nothing", torch.zeros(1, CHANNELS, 8, 8))
