@@ -67,9 +67,9 @@ def network_masks(sight: Sight, network: SegmentationNetwork) -> Masks:
     seen = network(features(level, sight.heights[chosen], sight.eye, size * sight.pitch, shades))
     labels, centres, spreads, certainty = decoded(seen, level, known)
     block = _nearest_block(sight, size, level)
-    return Masks(
-        labels.ravel()[block], np.where(known, seen.classes[2], 0.0).ravel()[block], certainty, centres, spreads
-    )
+    votes = (np.where(known[..., None], level, 0.0) + seen.votes.transpose(1, 2, 0)).reshape(-1, 3)[block]
+    share = np.where(known, seen.classes[2], 0.0).ravel()[block]
+    return Masks(labels.ravel()[block], share, certainty, centres, spreads, votes)
 
 
 def decoded(seen: Seen, level: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

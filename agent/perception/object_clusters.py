@@ -13,12 +13,14 @@ import shapely
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from agent.perception.arbitration import Arbiter, whole_again
+from agent.perception.arbitration import DEFAULT, decided, masks_of_voxels
 from agent.perception.clustering import Voxels, clusters, gather, normals, strays
 from agent.perception.color_regions import divided_by_regions
 from agent.perception.height_map import Relief
+from agent.perception.masks import Masks
 from agent.perception.merging import flat_things_joined, joined
 from agent.perception.occlusion import rejoined
+from agent.perception.pieces import Proposals, Surface
 from agent.perception.splitting import split
 
 _SEED, _GROW = 3.0, 1.5  # sigma above the table: an object holds points of the first kind, and ends with the second
@@ -78,67 +80,118 @@ class Tint:
     contrast: np.ndarray
 
 
-def find_objects(
-    level: np.ndarray,
-    eye: np.ndarray,
-    relief: Relief,
-    steep: np.ndarray,
-    border: np.ndarray,
-    tint: Tint | None = None,
-    arbiter: Arbiter | None = None,
-) -> Found:
-    """Find the objects on the table.
+@dataclass(frozen=True)
+class Points:
+    """Measured points in the frame of the table's plane, without the arm's.
 
-    Args:
-        level: (P, 3) points in the frame of the table's plane, metres, without the arm's.
-        eye: (3,) where the camera is, in that frame.
+    Attributes:
+        level: (P, 3) metres, z the height above the table.
+        eye: (3,) where the camera is.
         relief: their heights.
         steep: (P,) points that may join separate objects; assigned to objects only at the end.
         border: (P,) points at the picture's border.
         tint: their colours, or `None`.
-        arbiter: decides between geometry's objects and the network's; `None` leaves geometry's.
+        masks: what the segmentation network sees, or `None`.
     """
-    height = np.where(relief.heights > _NEAR_TABLE, relief.heights, relief.smooth)
-    above = (height > np.maximum(_GROW * relief.sigma, _LEAST_GROW)) & (relief.heights < _TALLEST)
-    above[above] = shapely.contains_xy(relief.outline.buffer(_ASIDE), level[above, 0], level[above, 1])
+
+    level: np.ndarray
+    eye: np.ndarray
+    relief: Relief
+    steep: np.ndarray
+    border: np.ndarray
+    tint: Tint | None = None
+    masks: Masks | None = None
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What is known of the points above the table before it is decided what is one object.
+
+    Attributes:
+        above: (P,) which points these are.
+        solid: (P,) those of them that are gathered into voxels.
+        voxels: of these.
+        tall, itself, sigma, waves: (V,) their heights, smoothed near the table and not, and the table's noise, metres.
+        contrast: (V,) their colours' distance from the table's, or `None`.
+        left_out: (K, 4) what is too wide, as `Found` has it.
+        surface, proposals: what objects are decided from.
+    """
+
+    above: np.ndarray
+    solid: np.ndarray
+    voxels: Voxels
+    tall: np.ndarray
+    itself: np.ndarray
+    sigma: np.ndarray
+    waves: np.ndarray
+    contrast: np.ndarray | None
+    left_out: np.ndarray
+    surface: Surface
+    proposals: Proposals
+
+
+def find_objects(points: Points, method: str = DEFAULT) -> Found:
+    """Find the objects on the table.
+
+    Args:
+        points: what was measured.
+        method: who tells objects apart, one of `METHODS`.
+    """
+    level, relief, tint = points.level, points.relief, points.tint
     labels = np.full(len(level), -1)
-    solid = above & ~steep
-    if solid.sum() < _FLAT:
+    seen = evidence_of(points)
+    if seen is None:
         return Found(labels, 0, np.empty((0, 4)))
-    voxels = gather(level[solid])
-    tall, sigma, waves = map(voxels.mean, (height[solid], relief.sigma[solid], relief.waves[solid]))
-    lab, contrast = (None, None) if tint is None else (voxels.mean(tint.lab[solid]), voxels.mean(tint.contrast[solid]))
-    of_voxel, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
-    # Not the smoothed heights: about a plate's rim these are high where there is table.
-    itself = voxels.mean(relief.heights[solid])
-    if contrast is not None:  # the table about a plate would be joined to it, and to the spoon beside it
-        like_table = _median_of_part(of_voxel, contrast) < _CONTRAST
-        of_voxel[like_table & ~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
-    connected = of_voxel
-    places = np.column_stack((voxels.positions[:, :2], tall))
-    facing = normals(places, eye)
-    of_voxel = grouped(connected, places, facing, lab, eye, voxels.reach)
-    if arbiter is not None:
-        mask = arbiter.mask_of(connected, voxels, solid)
-        of_voxel = arbiter.regrouped(of_voxel, connected, mask, voxels.positions, lab)
-    if lab is not None:
-        divided = divided_by_regions(of_voxel, places, facing, lab, contrast < _CONTRAST, eye, voxels.reach)
-        of_voxel = divided if arbiter is None else whole_again(of_voxel, divided, mask, arbiter.masks.certainty)
-    of_voxel[~_clear(of_voxel, itself, sigma, waves, contrast)] = -1
-    prominent = (tall > _PROMINENT * sigma) & (contrast is not None and contrast > _QUITE_DIFFERENT)
-    cut = voxels.mean(border[solid].astype(np.float64)) > 0
+    voxels = seen.voxels
+    of_voxel = decided(seen.surface, seen.proposals, method)
+    of_voxel = np.where(_clear(of_voxel, seen.itself, seen.sigma, seen.waves, seen.contrast), of_voxel, -1)
+    prominent = seen.tall > _PROMINENT * seen.sigma
+    prominent &= seen.contrast is not None and seen.contrast > _QUITE_DIFFERENT
+    cut = voxels.mean(points.border[seen.solid].astype(np.float64)) > 0
     of_voxel, too_wide = _without_the_wide(of_voxel, voxels.positions, WIDEST)
-    of_voxel = _objects(of_voxel, voxels, tall, prominent, cut, relief.outline)
+    of_voxel = _objects(of_voxel, voxels, seen.tall, prominent, cut, relief.outline)
     known = of_voxel >= 0
     if known.any():
+        above = seen.above
         _, nearest = cKDTree(voxels.positions[known]).query(level[above], distance_upper_bound=voxels.reach)
         labels[above] = np.append(of_voxel[known], -1)[nearest]
         if tint is not None:
             labels[_table_colored(labels, relief.heights, tint.contrast)] = -1
         labels = _rings_filled(labels, level, relief.heights)
-    wide = np.vstack((left_out, too_wide))
+    wide = np.vstack((seen.left_out, too_wide))
     # A wall behind the table was never expected on it.
     return Found(labels, int(of_voxel.max()) + 1, wide[shapely.contains_xy(relief.outline, wide[:, 0], wide[:, 1])])
+
+
+def evidence_of(points: Points) -> Evidence | None:
+    """Gather the points above the table into voxels and connected parts, and propose objects; `None` for too few."""
+    level, relief, tint = points.level, points.relief, points.tint
+    height = np.where(relief.heights > _NEAR_TABLE, relief.heights, relief.smooth)
+    above = (height > np.maximum(_GROW * relief.sigma, _LEAST_GROW)) & (relief.heights < _TALLEST)
+    above[above] = shapely.contains_xy(relief.outline.buffer(_ASIDE), level[above, 0], level[above, 1])
+    solid = above & ~points.steep
+    if solid.sum() < _FLAT:
+        return None
+    voxels = gather(level[solid])
+    tall, sigma, waves = map(voxels.mean, (height[solid], relief.sigma[solid], relief.waves[solid]))
+    lab, contrast = (None, None) if tint is None else (voxels.mean(tint.lab[solid]), voxels.mean(tint.contrast[solid]))
+    connected, left_out = _without_the_wide(_parts(voxels, tall, sigma), voxels.positions, _WIDEST_OF_SEVERAL)
+    # Not the smoothed heights: about a plate's rim these are high where there is table.
+    itself = voxels.mean(relief.heights[solid])
+    if contrast is not None:  # the table about a plate would be joined to it, and to the spoon beside it
+        like_table = _median_of_part(connected, contrast) < _CONTRAST
+        connected[like_table & ~_clear(connected, itself, sigma, waves, contrast)] = -1
+    places = np.column_stack((voxels.positions[:, :2], tall))
+    surface = Surface(places, normals(places, points.eye), lab, points.eye, voxels.reach)
+    shapes = grouped(connected, places, surface.normals, lab, points.eye, voxels.reach)
+    regions = shapes
+    if lab is not None:
+        fringe = contrast < _CONTRAST
+        regions = divided_by_regions(shapes, places, surface.normals, lab, fringe, points.eye, voxels.reach)
+    masks = None if points.masks is None else masks_of_voxels(points.masks, voxels, solid, connected)
+    return Evidence(
+        above, solid, voxels, tall, itself, sigma, waves, contrast, left_out, surface, Proposals(shapes, regions, masks)
+    )
 
 
 def grouped(

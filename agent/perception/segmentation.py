@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from agent.arm.self_filter import distance_to_arm
 from agent.errors import BadInput
-from agent.perception.arbitration import DEFAULT, GEOMETRY, Arbiter
+from agent.perception.arbitration import DEFAULT, GEOMETRY
 from agent.perception.clustering import at_border, bridging
 from agent.perception.color import contrast, lab
 from agent.perception.description import oriented_box, shape_words
 from agent.perception.flat_things import TableView, with_flat_things
 from agent.perception.height_map import table_relief
-from agent.perception.object_clusters import WIDEST, Tint, find_objects
+from agent.perception.object_clusters import WIDEST, Points, Tint, find_objects
 from agent.perception.seen_colors import color_names, light_of
 from agent.perception.segments import ARM, NOTHING, TABLE, Segment, Segments
 from agent.perception.supports import supports_of
 from agent.perception.table_extent import reachable, seen_rectangle
-from agent.perception.table_plane import FARTHEST, on_walls, table_plane
+from agent.perception.table_plane import FARTHEST, TablePlane, on_walls, table_plane
 from agent.perception.world_frame import base_from_camera, world_frame
 from agent.recordings.recording import Recording
 from structdiffusion.geometry import transform_points
@@ -28,6 +28,25 @@ from structdiffusion.geometry import transform_points
 _ARM_CLEARANCE = 0.03  # m about the arm's own model: what is nearer is the arm, its cables, and the noise at its edges
 _BELOW = 0.006  # m below what carries it, within which a point is an object's still
 _TABLE_BAND = 4.0  # sigma, or 1 cm: what lies nearer to the table's surface is the table
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A recording in the frame of its table.
+
+    Attributes:
+        plane: the table's plane.
+        pixels: (P,) the place of each point in the flattened picture, without the arm's and the walls'.
+        arm: (A,) the pixels that show the arm.
+        points: what objects are found in.
+        flat: (P,) whether each point may be of the table's surface.
+    """
+
+    plane: TablePlane
+    pixels: np.ndarray
+    arm: np.ndarray
+    points: Points
+    flat: np.ndarray
 
 
 def segment(recording: Recording, method: str = DEFAULT) -> Segments:
@@ -42,43 +61,17 @@ def segment(recording: Recording, method: str = DEFAULT) -> Segments:
     """
     frame = recording.frame
     shape = frame.points.shape[:2]
-    base_from_cam = base_from_camera(recording)
+    seen = measurement(recording, method)
+    plane, pixels, flat, relief, tint = seen.plane, seen.pixels, seen.flat, seen.points.relief, seen.points.tint
+    level = seen.points.level
     labels = np.full(shape[0] * shape[1], NOTHING, dtype=np.int16)
-    pixels, points, distance = _measured_points(recording)
-    if base_from_cam is not None and recording.arm is not None:
-        arm = distance_to_arm(transform_points(base_from_cam, points), recording.arm) < _ARM_CLEARANCE
-        labels[pixels[arm]] = ARM
-        pixels, points, distance = pixels[~arm], points[~arm], distance[~arm]
-    plane = table_plane(points, None if base_from_cam is None else base_from_cam[2, :3])
-    level = transform_points(plane.level_from_camera, points)
-    kept = ~on_walls(points, plane.walls)
-    pixels, points, distance, level = pixels[kept], points[kept], distance[kept], level[kept]
-    relief = table_relief(level, plane.level_from_camera[:3, 3], distance, pixels, shape)
-    steep = border = np.zeros(len(pixels), dtype=bool)
-    if frame.organised:
-        steep, border = bridging(frame.points).ravel()[pixels], at_border(frame.points).ravel()[pixels]
-    flat = np.abs(relief.heights) < np.maximum(_TABLE_BAND * relief.sigma, 0.01)
-    tint = None
-    if frame.color is not None:
-        colors = lab(frame.color.reshape(-1, 3)[pixels])
-        tint = Tint(colors, contrast(colors, flat, pixels, shape))
-    eye, arbiter = plane.level_from_camera[:3, 3], None
-    if method != GEOMETRY and frame.organised:
-        # Geometry alone needs no network.
-        from agent.perception.network_masks import Sight, network_masks, pixel_pitch
-        from agent.segmentation_network.network import shipped_network
-
-        sight = Sight(
-            level, relief.heights, eye, pixels, shape, pixel_pitch(frame.points), None if tint is None else tint.lab
-        )
-        arbiter = Arbiter(network_masks(sight, shipped_network()), method)
-    level = np.column_stack((level[:, :2], relief.heights))
-    found = find_objects(level, eye, relief, steep, border, tint, arbiter)
+    labels[seen.arm] = ARM
+    found = find_objects(seen.points, method)
     if tint is not None and frame.organised:
-        view = TableView(level, relief.heights, tint.contrast, pixels, shape, eye, relief.outline)
+        view = TableView(level, relief.heights, tint.contrast, pixels, shape, seen.points.eye, relief.outline)
         named = with_flat_things(found.labels, view)
         found = replace(found, labels=named, count=int(named.max(initial=-1)) + 1)
-    flat &= found.labels < 0
+    flat = flat & (found.labels < 0)
     flat[flat] = shapely.contains_xy(relief.outline, level[flat, 0], level[flat, 1])
     labels[pixels[flat]] = TABLE
     middles = np.array([np.median(level[found.labels == k, :2], axis=0) for k in range(found.count)]).reshape(-1, 2)
@@ -111,6 +104,51 @@ def segment(recording: Recording, method: str = DEFAULT) -> Segments:
             *_apart(relief.apart, world_from_level),
             *_left_out(found.left_out, world_from_level),
         ),
+    )
+
+
+def measurement(recording: Recording, method: str = DEFAULT) -> Measurement:
+    """Find the table's plane and relief in a recording, and let the segmentation network look at it.
+
+    Args:
+        recording, method: as `segment` takes them; geometry alone needs no network.
+
+    Raises: as `segment`.
+    """
+    frame = recording.frame
+    shape = frame.points.shape[:2]
+    base_from_cam = base_from_camera(recording)
+    pixels, points, distance = _measured_points(recording)
+    arm_pixels = pixels[:0]
+    if base_from_cam is not None and recording.arm is not None:
+        arm = distance_to_arm(transform_points(base_from_cam, points), recording.arm) < _ARM_CLEARANCE
+        arm_pixels = pixels[arm]
+        pixels, points, distance = pixels[~arm], points[~arm], distance[~arm]
+    plane = table_plane(points, None if base_from_cam is None else base_from_cam[2, :3])
+    level = transform_points(plane.level_from_camera, points)
+    kept = ~on_walls(points, plane.walls)
+    pixels, distance, level = pixels[kept], distance[kept], level[kept]
+    eye = plane.level_from_camera[:3, 3]
+    relief = table_relief(level, eye, distance, pixels, shape)
+    steep = border = np.zeros(len(pixels), dtype=bool)
+    if frame.organised:
+        steep, border = bridging(frame.points).ravel()[pixels], at_border(frame.points).ravel()[pixels]
+    flat = np.abs(relief.heights) < np.maximum(_TABLE_BAND * relief.sigma, 0.01)
+    tint = None
+    if frame.color is not None:
+        colors = lab(frame.color.reshape(-1, 3)[pixels])
+        tint = Tint(colors, contrast(colors, flat, pixels, shape))
+    masks = None
+    if method != GEOMETRY and frame.organised:
+        from agent.perception.network_masks import Sight, network_masks, pixel_pitch
+        from agent.segmentation_network.network import shipped_network
+
+        shades = None if tint is None else tint.lab
+        sight = Sight(level, relief.heights, eye, pixels, shape, pixel_pitch(frame.points), shades)
+        masks = network_masks(sight, shipped_network())
+    above_table = np.column_stack((level[:, :2], relief.heights))
+    return Measurement(
+        plane, pixels, arm_pixels, Points(above_table, eye, relief, steep, border, tint, masks), flat
     )
 
 
