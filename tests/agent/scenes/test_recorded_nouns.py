@@ -8,10 +8,10 @@ from PIL import Image
 
 from agent import events
 from agent.chat.table_facts import object_facts
+from agent.perception import perceive
 from agent.perception.segments import Segment
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
-from agent.scenes import digital_twin
 from agent.scenes.record_bag import record_session
 from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
 from agent.scenes.table_scene import TableScene
@@ -94,7 +94,7 @@ def taking(monkeypatch):
                 found.append(replace(each, noun=noun, nouns=own, display_name=words))
             return replace(segments, objects=tuple(found))
 
-        monkeypatch.setattr(digital_twin, "with_nouns", named)
+        monkeypatch.setattr(perceive, "with_nouns", named)
 
     return takes
 
