@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import lru_cache
 from importlib.util import find_spec
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -56,14 +59,17 @@ def with_nouns(recording: Recording, segments: Segments) -> Segments:
     if frame.color is None or not frame.organised or not segments.objects or not nouns_available():
         return segments
     eye = segments.world_from_camera[:3, 3]
-    named = []
-    for number, found in enumerate(segments.objects, start=1):
-        mask = segments.labels == number
-        named.append(_named(found, frame.color, mask, eye) if mask.sum() >= _LEAST_PIXELS else found)
-    return replace(segments, objects=tuple(named))
+    _network()  # once, before several threads ask for it
+    masks = [segments.labels == number for number in range(1, len(segments.objects) + 1)]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # numpy lets other threads work while it computes
+        named = pool.map(_named, segments.objects, repeat(frame.color), masks, repeat(eye))
+        return replace(segments, objects=tuple(named))
 
 
 def _named(found: Segment, picture: np.ndarray, mask: np.ndarray, eye: np.ndarray) -> Segment:
+    """Return an object with the noun that it is taken for, if it is large enough in the picture to tell."""
+    if mask.sum() < _LEAST_PIXELS:
+        return found
     logits = _network().logits(object_crop(picture, mask, _MARGIN))[None]
     shape = shape_head().shares(shape_features(found.points, eye, found.bottom))
     nouns = confidences(vocabulary().shares(logits), shape, found.sides)
