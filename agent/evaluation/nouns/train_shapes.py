@@ -10,8 +10,8 @@ import torch
 
 from agent.evaluation.nouns.shape_examples import shape_examples
 
-_HIDDEN = 48
-_EPOCHS = 400
+_HIDDEN = 96
+_EPOCHS = 300
 _RATE, _DECAY = 3e-3, 3e-3
 _SMOOTHING = 0.05  # of the labels: a can can be a candle
 _HELD_OUT = 0.15

@@ -16,7 +16,7 @@ SHAPE_WEIGHT, PICTURE_WEIGHT, FLOOR, UNKNOWN = 1.3, 1.0, 0.01, 0.1
 # Shapes that are a noun by themselves, and those that only support one that the picture shows.
 _SHOWN_BY_SHAPE = frozenset("mug cup bowl plate can bottle box pan pitcher".split())
 # Nouns of things that people call by either; the first two of them that are likely name an object together.
-_KIN = (frozenset(("cup", "mug", "glass")), frozenset(("book", "notebook")), frozenset(("coffeepot", "teapot")))
+_KIN = (frozenset(("cup", "mug", "glass")), frozenset(("book", "notebook")))
 _TOLERANCE = 1.2  # of sizes: what is seen of an object can be smaller or, with its shadow, larger
 
 

