@@ -66,6 +66,8 @@ def _stray(rng: np.random.Generator) -> tuple[str, trimesh.Trimesh]:
     if rng.random() < 0.6:
         files = _strays()
         mesh = trimesh.load(files[int(rng.integers(len(files)))], force="mesh", process=False)
+        if not np.isfinite(mesh.vertices).all():
+            return _stray(rng)  # one of the files holds no numbers
         return OTHER, mesh.apply_scale(rng.uniform(0.05, 0.16) / mesh.extents.max())
     first, second = (_family(rng)[1].copy() for _ in range(2))
     second.apply_translation((*rng.uniform(-0.04, 0.04, 2), rng.choice((0.0, rng.uniform(0.0, 0.08)))))
