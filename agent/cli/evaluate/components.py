@@ -66,7 +66,7 @@ def nouns(
 ) -> None:
     """Measure how often objects in recordings get nouns, and how often these are right.
 
-    Simulated scenes are recorded. The confidence from which on objects are named was chosen on validation objects.
+    Simulated scenes are recorded. The confidence from which on objects are named was chosen without YCB objects.
 
     Example: structagent evaluate nouns --objects validation --scenes 10
     """
