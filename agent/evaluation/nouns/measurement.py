@@ -61,7 +61,8 @@ def measure_nouns(objects: str, count: int, seed: int, workers: int) -> Row:
     rows = [row for scene in scenes for row in scene["objects"]]
     frame = report_frame(command_line("nouns", objects=objects, scenes=count, seed=seed), len(rows), seed)
     levels = {f"{level:g}": _rates(rows, level) for level in _LEVELS}
-    return frame | {"rows": rows, "confident": CONFIDENT, "levels": levels, LOST: [lost_scene_row(seed, each) for each in lost]}
+    missing = [lost_scene_row(seed, each) for each in lost]
+    return frame | {"rows": rows, "confident": CONFIDENT, "levels": levels, LOST: missing}
 
 
 def print_nouns(report: dict[str, Any], results: TextIO) -> None:

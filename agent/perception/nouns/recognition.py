@@ -52,7 +52,7 @@ def _network() -> EfficientNetLite:
 def with_nouns(recording: Recording, segments: Segments) -> Segments:
     """Return the objects with the nouns that they are taken for.
 
-    An object without a noun of at least `CONFIDENT` stays "object 3, red, tall". Without the network's weights, without
+    An object without a noun of at least `CONFIDENT`, or two kin that have it together, stays "object 3, red, tall". Without the network's weights, without
     colour, or in an unorganised cloud no object gets one.
     """
     frame = recording.frame
