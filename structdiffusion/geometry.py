@@ -40,6 +40,17 @@ def transform_points(a_from_b: np.ndarray, points_b: np.ndarray) -> np.ndarray:
     return points_b @ a_from_b[:3, :3].T + a_from_b[:3, 3]
 
 
+def lengths(vectors: np.ndarray) -> np.ndarray:
+    """Return the Euclidean lengths (...) of real vectors (..., K), to the bit those of `numpy.linalg.norm`.
+
+    For millions of short vectors, numpy's takes several times as long, because it sums along the short axis.
+    """
+    squares = vectors[..., 0] ** 2
+    for k in range(1, vectors.shape[-1]):
+        squares = squares + vectors[..., k] ** 2
+    return np.sqrt(squares)
+
+
 def yaw_of(a_from_b: np.ndarray) -> float:
     """Return the rotation about z, in (-pi, pi], of a transform (4, 4) whose z axis stays up."""
     return math.atan2(a_from_b[1, 0], a_from_b[0, 0])

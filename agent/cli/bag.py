@@ -104,16 +104,16 @@ def objects(
     if picture is not None:
         _check_new_file(picture, "--picture", (".png",), force)
     reading = reading_of(at, topic, camera_pose)
-    from agent.perception.nouns.recognition import HOW_TO_GET, nouns_available, with_nouns
+    from agent.perception.nouns.recognition import HOW_TO_GET, nouns_available
     from agent.perception.overlay import labelled_picture
+    from agent.perception.perceive import perceive
     from agent.perception.report import objects_json, print_objects
-    from agent.perception.segmentation import segment
     from agent.recordings import recording_path
     from agent.recordings.load import read_recording
 
     with results_stream() as results:
         recording = read_recording(recording_path(file), reading)
-        segments = with_nouns(recording, segment(recording))
+        segments = perceive(recording)
         if json_output:
             content = {"file": str(file), "used": dict(recording.used), **objects_json(segments)}
             content["notes"] = [*recording.notes, *segments.notes]

@@ -18,7 +18,7 @@ from agent.scenes.table_scene import TableScene
 from structdiffusion.data.scene_sampling import DrawnScene
 from structdiffusion.simulation.visible_points import MIN_POINTS
 
-_MATCHED = 0.5  # intersection over union above which a found mask counts as that object's
+MATCHED = 0.5  # intersection over union above which a found mask counts as that object's
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def compare_masks(recording: RecordedBag, source: RecordedSource) -> tuple[Row, 
     overlaps = overlaps_of(recording.masks, source.segments.labels)
     best = overlaps.max(axis=1, initial=0.0)  # of each true object
     count = len(source.segments.objects)
-    exact = count == len(recording.masks) and bool((best > _MATCHED).all())
+    exact = count == len(recording.masks) and bool((best > MATCHED).all())
     row = {"found": count, "exact": exact, "iou": round(float(best.mean()), 4), "ious": best.round(3).tolist()}
     names = list(recording.masks)
     nouns = {

@@ -114,7 +114,7 @@ def measure_recordings(
         if hard:
             hard_jobs = [_HardJob(*place, seed) for place in missing]
             return force.do(partial(_compare_hard_runs, run), ResourceCache, (), hard_jobs)
-        jobs = [_draw_job(library, objects, place, seed) for place in missing]
+        jobs = [draw_job(library, objects, place, seed) for place in missing]
         return force.do(partial(_compare_runs, run), ResourceCache, (), jobs)
 
     rows = stored_scene_rows(
@@ -147,7 +147,7 @@ def print_recordings(report: dict[str, Any], results: TextIO) -> None:
     print_footer(report, results, missing_note(lost, "scene"))
 
 
-def _draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) -> RecordingJob:
+def draw_job(library: Sequence[ObjectModel], objects: str, place: Place, seed: int) -> RecordingJob:
     """Draw a scene in which every object takes part and is seen by the camera."""
     structure, count = place
     for draw in range(_DRAWS):

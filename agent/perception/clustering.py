@@ -9,6 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from structdiffusion.geometry import lengths
+
 VOXEL = 0.004  # m
 _STEEP = 5.7  # depth by width: a surface seen at ten degrees, at which no camera measures it well
 _STEP = 0.004  # m of depth at 1 m: the noise and the steps of a Kinect, which grow with the square of the distance
@@ -71,19 +73,19 @@ def bridging(points: np.ndarray) -> np.ndarray:
     Args:
         points: (H, W, 3) camera frame, metres, NaN where nothing was measured.
     """
-    distance = np.linalg.norm(points, axis=-1)
+    distance = lengths(points)
     with np.errstate(invalid="ignore", divide="ignore"):
         sight = points / distance[..., None]
     steep = np.zeros(points.shape[:2], dtype=bool)
     for axis in (0, 1):
         ahead, behind = np.roll(points, -1, axis), np.roll(points, 1, axis)
-        across = np.linalg.norm((ahead - behind)[..., :2], axis=-1)
+        across = lengths((ahead - behind)[..., :2])
         with np.errstate(invalid="ignore"):
             steep |= np.abs(ahead[..., 2] - behind[..., 2]) > _STEEP * across + _STEP * points[..., 2] ** 2
         # Beside the camera's axis, a slope between two surfaces leans away from it, and would never seem steep: a large
         # step is measured along the line of sight. What lies at one end of the step is no slope but an edge: of a thing
         # a few pixels wide, nothing else would be left.
-        across = np.linalg.norm(np.roll(sight, -1, axis) - np.roll(sight, 1, axis), axis=-1) * distance
+        across = lengths(np.roll(sight, -1, axis) - np.roll(sight, 1, axis)) * distance
         far, near = np.roll(distance, -1, axis), np.roll(distance, 1, axis)
         with np.errstate(invalid="ignore", divide="ignore"):
             share = (distance - near) / (far - near)

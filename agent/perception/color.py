@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from structdiffusion.geometry import lengths
+
 _WINDOW = 61  # pixels across the table's colour about a pixel: lamps and grain change it slowly
 _LEAST = 1.5  # standard deviation in CIELAB of a table in one colour: what a camera's own noise is
 _TYPICAL = 0.8  # of the points taken for the table's are the table's for sure; the others are plates, stains, feet
@@ -67,10 +69,10 @@ def contrast(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: t
 
 def _deviations(off: np.ndarray, typical: np.ndarray) -> np.ndarray:
     """Return the Mahalanobis distance (P,) of differences (P, 3), by the scatter of the typical ones among them."""
-    size = np.linalg.norm(off[typical], axis=1)
+    size = lengths(off[typical])
     covariance = np.cov(off[typical][size <= np.quantile(size, _TYPICAL)].T) + _LEAST**2 * np.eye(3)
     white = off @ np.linalg.cholesky(np.linalg.inv(covariance)).astype(np.float32)
-    return np.linalg.norm(white, axis=1)
+    return lengths(white)
 
 
 def _about(colors: np.ndarray, table: np.ndarray, pixels: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

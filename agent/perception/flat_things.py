@@ -12,6 +12,8 @@ import numpy as np
 import shapely
 from scipy import ndimage
 
+from structdiffusion.geometry import lengths
+
 _CONTRAST = 4.0  # standard deviations of the table's colour
 _HIGHEST = 0.015  # m above or below the table's surface
 _LOW = 0.012  # m: objects that were found by their height and are lower may be a part of a flat thing
@@ -159,7 +161,7 @@ def _picture(labels: np.ndarray, view: TableView) -> _Picture:
     return _Picture(
         heights=spread(heights, np.nan),
         places=spread(level[:, :2], np.nan),
-        distances=spread(np.linalg.norm(level - view.eye, axis=1), np.nan),
+        distances=spread(lengths(level - view.eye), np.nan),
         labels=spread(labels, -1),
         candidates=colored & ~fringe,
         bare=there & ~fringe & ~ndimage.binary_dilation(colored, iterations=2),

@@ -9,6 +9,7 @@ import numpy as np
 from agent.perception.masks import Masks
 from agent.segmentation_network.features import WIDTH, chosen_of_blocks, features
 from agent.segmentation_network.network import Seen, SegmentationNetwork
+from structdiffusion.geometry import lengths
 
 _MEMBER = 0.5  # of a vote to belong to an object, where 1 is the object's mean vote
 _POSSIBLE = 0.02  # of a vote that belongs to no object: still the likeliest one's
@@ -57,7 +58,7 @@ def network_masks(sight: Sight, network: SegmentationNetwork) -> Masks:
     place = np.full(height * width, -1)
     place[sight.pixels] = np.arange(len(sight.pixels))
     distance = np.full(height * width, np.nan)
-    distance[sight.pixels] = np.linalg.norm(sight.level - sight.eye, axis=1)
+    distance[sight.pixels] = lengths(sight.level - sight.eye)
     chosen = place[chosen_of_blocks(distance.reshape(height, width), size)]
     rows, columns = chosen.shape
     chosen = np.pad(chosen, ((0, rows % 2), (0, columns % 2)), constant_values=-1)

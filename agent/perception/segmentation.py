@@ -23,7 +23,7 @@ from agent.perception.table_extent import reachable, seen_rectangle
 from agent.perception.table_plane import FARTHEST, TablePlane, on_walls, table_plane
 from agent.perception.world_frame import base_from_camera, world_frame
 from agent.recordings.recording import Recording
-from structdiffusion.geometry import transform_points
+from structdiffusion.geometry import lengths, transform_points
 
 _ARM_CLEARANCE = 0.03  # m about the arm's own model: what is nearer is the arm, its cables, and the noise at its edges
 _BELOW = 0.006  # m below what carries it, within which a point is an object's still
@@ -159,7 +159,7 @@ def _measured_points(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.n
         BadInput: when there are none.
     """
     every = recording.frame.points.reshape(-1, 3)
-    distance = np.linalg.norm(every, axis=1)
+    distance = lengths(every)
     with np.errstate(invalid="ignore"):
         pixels = np.flatnonzero((distance < FARTHEST) & (distance > 0.0))
     if not len(pixels):

@@ -12,6 +12,7 @@ import numpy as np
 from agent.perception.seen_colors import ColorName
 from structdiffusion.observation import Table
 
+EITHER = " or "  # between the two nouns of an object that is one of both
 NOTHING, TABLE, ARM = -1, 0, -2  # in `Segments.labels`; object k of the list has the label k + 1
 
 
@@ -29,7 +30,7 @@ class Segment:
         rests_on: the name of the object that it stands on or in; empty for the table.
         bottom: metres above the table at which it stands.
         color_names: the name of its colour, and a second one where it is in doubt; empty without colours.
-        noun: what it is taken for; empty where the picture does not tell.
+        noun: what it is taken for, such as "mug", or "cup or mug"; empty where the picture does not tell.
         nouns: noun -> confidence that it is one, the highest first; empty if no noun was looked for.
     """
 
@@ -47,8 +48,8 @@ class Segment:
 
     @property
     def confidence(self) -> float | None:
-        """Return the confidence in its noun, or `None` if it has none."""
-        return self.nouns[self.noun] if self.noun else None
+        """Return the confidence in its noun, or in its two nouns together; `None` if it has none."""
+        return sum(self.nouns[noun] for noun in self.noun.split(EITHER)) if self.noun else None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from agent.errors import BadInput
 from agent.perception.plane_fitting import largest_plane, thinned
-from structdiffusion.geometry import transform_points
+from structdiffusion.geometry import lengths, transform_points
 
 FARTHEST = 2.5  # m; depth cameras measure to a centimetre up to there, and no Jaco reaches beyond
 _CELL = 0.01  # m, of the thinned cloud: areas are counted in its cells
@@ -64,7 +64,7 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
     Raises:
         BadInput: when no plane can be a table.
     """
-    near = points[np.linalg.norm(points, axis=1) < FARTHEST]
+    near = points[lengths(points) < FARTHEST]
     thin = thinned(near, _CELL)
     if len(thin) * _CELL**2 < _LEAST_AREA:
         raise BadInput(

@@ -197,7 +197,8 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
             height, width = depth.shape
             if (width, height) not in rays:
                 rays[width, height] = lens.scaled(width, height).rays(width, height)
-            points = np.concatenate((rays[width, height] * depth[..., None], depth[..., None]), axis=-1)
+            across, down = np.moveaxis(rays[width, height], -1, 0)
+            points = np.stack((across * depth, down * depth, depth), axis=-1)
             colors = None
         if not np.isfinite(points).any():
             raise BadInput("a picture measures nothing: it has no valid point")

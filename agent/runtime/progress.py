@@ -7,11 +7,12 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
-
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from typing import TYPE_CHECKING, TypeVar
 
 from agent.runtime.terminal_text import console_on
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 PLAIN_SECONDS = 10.0  # between two plain lines
 SLOW_SECONDS = 2.0  # after which work that cannot say how far it is says at least that it goes on
@@ -20,12 +21,14 @@ Result = TypeVar("Result")
 
 def progress_bar(quiet: bool = False) -> Progress:
     """Return a progress bar on standard error; it draws nothing if that is not a terminal or `quiet` is set."""
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
+    from rich import progress as bars  # takes 20 ms to import, and most commands draw no bar
+
+    return bars.Progress(
+        bars.TextColumn("{task.description}"),
+        bars.BarColumn(),
+        bars.MofNCompleteColumn(),
+        bars.TimeElapsedColumn(),
+        bars.TimeRemainingColumn(),
         console=console_on(sys.stderr),
         disable=quiet or not sys.stderr.isatty(),
     )

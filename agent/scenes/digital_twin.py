@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.errors import BadInput, NotBuildable
-from agent.perception.nouns.recognition import with_nouns
 from agent.perception.overlay import labelled_picture
-from agent.perception.segmentation import segment
+from agent.perception.perceive import perceive
 from agent.recordings.load import read_recording
 from agent.recordings.recording import RecordedOptions
 from agent.scenes.files import PlacedObject
@@ -71,7 +70,7 @@ class RecordedSource:
 
     def __init__(self, path: Path, options: RecordedOptions = RecordedOptions()) -> None:
         self.recording = read_recording(path, options.reading)
-        self.segments = with_nouns(self.recording, segment(self.recording))
+        self.segments = perceive(self.recording)
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.called = options.nouns

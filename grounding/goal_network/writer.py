@@ -18,6 +18,7 @@ from grounding.goal_network.legal_actions import Legal, legal_actions
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action
 from grounding.goal_network.weight_differences import unpacked
 from grounding.goal_reading.tokens import words_of
+from grounding.linear_algebra import one_thread
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
 
 if TYPE_CHECKING:
@@ -109,8 +110,6 @@ class NetworkWriter:
 
     def write(self, text: str) -> WrittenGoal | None:
         """Write the goal of an instruction; `None` for one that is empty or longer than `MOST_SAID` words."""
-        from grounding.parsers.bert import one_thread
-
         words = words_of(text)
         if not words or len(words) > MOST_SAID:
             return None

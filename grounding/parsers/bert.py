@@ -8,16 +8,11 @@ encoder.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from threadpoolctl import ThreadpoolController
 
 # Weight and bias of each part of a layer, in the order of `EncoderLayer`, as in torch's `TransformerEncoderLayer`.
 _TORCH_NAMES = (
@@ -37,22 +32,6 @@ _HALF_ERF_A = tuple(np.float32(a / 2) for a in (1.061405429, -1.453152027, 1.421
 # So many values pass through `gelu` at once: four arrays of them stay in the processor's cache, which makes it three
 # times faster than on whole batches.
 _GELU_BLOCK = 32_768
-
-
-@cache
-def _linear_algebra() -> ThreadpoolController:
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
-
-
-def one_thread() -> AbstractContextManager[object]:
-    """Let numpy multiply matrices in one thread within a `with` block.
-
-    Those of a sentence are too small to share: threads that wait for each other on a busy machine take ten times as
-    long.
-    """
-    return _linear_algebra().limit(limits=1, user_api="blas")
 
 
 def gelu(x: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grounding.linear_algebra import one_thread
 from grounding.parse_result import Parse, decide, unreadable
 from grounding.parsers.sentence_encoder import EMBEDDING_WIDTH, MAX_TOKENS, SentenceEncoder
 from grounding.parsers.spelling import Mended, mend
@@ -136,7 +137,7 @@ class EmbeddingParser:
         return [found[place] for place in range(len(texts))]
 
     def _parse(self, texts: Sequence[str], mended: Sequence[Mended]) -> list[Parse]:
-        from grounding.parsers.bert import one_thread, softmax
+        from grounding.parsers.bert import softmax
         from grounding.parsers.slot_head import QUESTIONS, REFUSE
 
         states = self.encoder.token_states([text.text for text in mended], self._layer)

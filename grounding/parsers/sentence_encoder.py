@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grounding.linear_algebra import one_thread
+
 if TYPE_CHECKING:
     from tokenizers import Tokenizer
 
@@ -113,8 +115,6 @@ class SentenceEncoder:
             texts: B texts.
             layer: the states after this many of the network's layers; `None` for the last.
         """
-        from grounding.parsers.bert import one_thread
-
         encodings = self._tokenizer.encode_batch(texts)
         ids = np.array([encoding.ids for encoding in encodings])
         mask = np.array([encoding.attention_mask for encoding in encodings], dtype=bool)
@@ -130,8 +130,6 @@ class SentenceEncoder:
             words: of each of B texts; none may be empty.
             layer: the states after this many of the network's layers; `None` for the last.
         """
-        from grounding.parsers.bert import one_thread
-
         encodings = self._tokenizer.encode_batch(words, is_pretokenized=True)
         ids = np.array([encoding.ids for encoding in encodings])
         pieces = np.array([encoding.attention_mask for encoding in encodings], dtype=bool)

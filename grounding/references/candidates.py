@@ -173,7 +173,7 @@ class Candidates:
             return list(range(len(self.names)))
         if mention.known:
             return self._by_noun(mention.noun)
-        heads = sorted({name.head for name in self._read if name.head})
+        heads = sorted({head for name in self._read for head in name.heads})
         return next(
             (found for noun in guesses(mention.noun, heads, self._encoder) if (found := self._by_noun(noun))),
             [],
@@ -193,7 +193,11 @@ class Candidates:
     def _of_kinds(self, kinds: Sequence[str], noun: str) -> list[int]:
         """Find the objects of these kinds; a toy car is a toy."""
         group = noun in GROUPS
-        return [i for i, n in enumerate(self._read) if n.head in kinds or (group and noun in n.words)]
+        return [
+            i
+            for i, n in enumerate(self._read)
+            if any(head in kinds for head in n.heads) or (group and noun in n.words)
+        ]
 
     # By adjective
 

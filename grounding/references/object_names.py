@@ -37,6 +37,7 @@ class Name:
 
     Attributes:
         head: the noun, singular; empty if there is none.
+        other: the noun that it may be instead: "mug" of "cup or mug 2"; empty if there is none.
         words: all words, in the singular, adjectives under one spelling.
         number: of "cup 2", or `None`.
     """
@@ -44,6 +45,12 @@ class Name:
     head: str
     words: tuple[str, ...]
     number: int | None
+    other: str = ""
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """Return the nouns that it may be, the likelier first."""
+        return tuple(filter(None, (self.head, self.other)))
 
 
 @lru_cache(maxsize=4096)
@@ -52,10 +59,12 @@ def read_name(name: str) -> Name:
     name = name.lower().replace("_", " ")
     described = name.split(",")[0]
     nouns = [singular(word) for word in _WORD.findall(_BEHIND_THE_NOUN.split(described)[0])]
+    other = nouns.pop() if len(nouns) > 2 and nouns[-2] == "or" else ""
+    nouns = nouns[:-1] if other else nouns
     words = tuple(word for found in _WORD.findall(name) if (word := adjective(found)) != UNKNOWN_CATEGORY)
     numbers = _NUMBER.findall(described) if described.strip()[-1:].isdecimal() else []
     head = nouns[-1] if nouns and nouns[-1] != UNKNOWN_CATEGORY else ""
-    return Name(head, words, int(numbers[-1][:9]) if numbers else None)
+    return Name(head, words, int(numbers[-1][:9]) if numbers else None, other)
 
 
 def adjective(word: str) -> str:
@@ -73,12 +82,12 @@ def vocabulary(names: Sequence[str | None]) -> Vocabulary:
     """Collect the nouns of the tables and the names, and other words of the names that can stand for the object."""
     forms, heads, compounds = dict(FORMS), set(), set()
     for name in map(read_name, {name or "" for name in names}):
-        for word in (name.head, *name.words):
+        for word in (*name.heads, *name.words):
             blocked = word in FUNCTION_WORDS or word in NOT_OBJECTS or word in GENERIC or word in ADJECTIVES
-            if word and (word == name.head or not blocked):
+            if word and (word in name.heads or not blocked):
                 forms.setdefault(plural(word), (word, True))
                 forms.setdefault(word, (word, False))
-        heads.add(name.head)
+        heads.update(name.heads)
         compounds.update(zip(name.words, name.words[1:], strict=False))
     return Vocabulary(forms, frozenset(heads - {""}), frozenset(compounds))
 

@@ -6,6 +6,7 @@ import torch
 
 from structdiffusion.geometry import (
     HEADING_OF_ROTATION,
+    lengths,
     matrix_from_quaternion,
     pose_from_position_quaternion,
     pose_from_xyz_rpy,
@@ -91,3 +92,12 @@ def test_tilt_ignores_the_turn_about_the_vertical():
     turned = pose_from_xyz_yaw(0, 0, 0, 1.3)[:3, :3] @ tilted
     assert tilt_between(turned, np.eye(3)) == pytest.approx(tilt)
     assert tilt_between(turned, turned) == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_lengths_are_those_of_numpy_to_the_bit(kind, width):
+    vectors = np.random.default_rng(0).normal(size=(40, 50, width)).astype(kind)
+    vectors[3, 4, 0] = np.nan
+    found = lengths(vectors)
+    assert found.dtype == kind and np.array_equal(found, np.linalg.norm(vectors, axis=-1), equal_nan=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from agent.cli.evaluate.components import completion, coverage, discriminators, segmentation
+from agent.cli.evaluate.components import completion, coverage, discriminators, nouns, segmentation
 from agent.cli.evaluate.goals import goals
 from agent.cli.evaluate.language import language, parse
 from agent.cli.evaluate.latency import chat
@@ -22,7 +22,7 @@ def _evaluate() -> None:
 
 
 _COMMANDS = (
-    success, goals, arm, recordings, segmentation, completion, parse, language, discriminators, coverage, chat,
+    success, goals, arm, recordings, segmentation, nouns, completion, parse, language, discriminators, coverage, chat,
 )  # fmt: skip
 for _command in _COMMANDS:
     evaluate_app.command(_command.__name__)(_command)

@@ -1,5 +1,5 @@
-"""Evaluate single parts of the pipeline: `structagent evaluate completion`, `segmentation`, `discriminators` and
-`coverage`.
+"""Evaluate single parts of the pipeline: `structagent evaluate completion`, `nouns`, `segmentation`, `discriminators`
+and `coverage`.
 """
 
 from __future__ import annotations
@@ -54,6 +54,27 @@ def completion(
     from agent.evaluation.completion import measure_completion, print_completion
 
     finish(partial(measure_completion, objects, scenes, seed, workers), print_completion, out, json_output)
+
+
+def nouns(
+    objects: ObjectsOption = "ycb",
+    scenes: ScenesOption = 10,
+    seed: SeedOption = 0,
+    workers: ProcessesOption = _CORES,
+    out: ReportOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Measure how often objects in recordings get nouns, and how often these are right.
+
+    Simulated scenes are recorded. The confidence from which on objects are named was chosen without YCB objects.
+
+    Example: structagent evaluate nouns --objects validation --scenes 10
+    """
+    check_file(out)
+    import_pybullet_silently()
+    from agent.evaluation.nouns.measurement import measure_nouns, print_nouns
+
+    finish(partial(measure_nouns, objects, scenes, seed, workers), print_nouns, out, json_output)
 
 
 def segmentation(

@@ -18,6 +18,7 @@ from structdiffusion.objects.procedural import KINDS, procedural_object
 
 OTHER = "other"
 _SIDES = 32
+_RAMEKINS = 0.25  # share of bowls that are small and have upright walls
 _KINDS = {"book": "box", "spatula": "long", "fork": "long", "knife": "long", "spoon": "long", "candle": OTHER}
 _FAMILIES = {
     "tin": "can", "carton": "box", "case": "box", "beaker": "cup", "roll": OTHER, "oval tin": OTHER, "pear": OTHER,
@@ -65,6 +66,8 @@ def _stray(rng: np.random.Generator) -> tuple[str, trimesh.Trimesh]:
     if rng.random() < 0.6:
         files = _strays()
         mesh = trimesh.load(files[int(rng.integers(len(files)))], force="mesh", process=False)
+        if not np.isfinite(mesh.vertices).all():
+            return _stray(rng)  # one of the files holds no numbers
         return OTHER, mesh.apply_scale(rng.uniform(0.05, 0.16) / mesh.extents.max())
     first, second = (_family(rng)[1].copy() for _ in range(2))
     second.apply_translation((*rng.uniform(-0.04, 0.04, 2), rng.choice((0.0, rng.uniform(0.0, 0.08)))))
@@ -76,9 +79,9 @@ def _revolved(profile: Sequence[tuple[float, float]]) -> trimesh.Trimesh:
 
 
 def _turned(rng: np.random.Generator) -> tuple[str, trimesh.Trimesh]:
-    """Return a turned shape as potters and packers make them: curved walls, rims, caps and lids."""
-    names = ("mug", "cup", "bowl", "can", "bottle", "plate", "jar", "ball", "pitcher")
-    name = str(rng.choice(names, p=(0.18, 0.12, 0.15, 0.15, 0.2, 0.08, 0.04, 0.04, 0.04)))
+    """Return a shape as potters and packers make them: curved walls, rims, caps, lids and roofs."""
+    names = ("mug", "cup", "bowl", "can", "bottle", "plate", "jar", "ball", "pitcher", "box")
+    name = str(rng.choice(names, p=(0.17, 0.12, 0.16, 0.14, 0.17, 0.08, 0.04, 0.04, 0.04, 0.04)))
     return name, _TURNED[name](rng)
 
 
@@ -115,6 +118,9 @@ def _cup(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _bowl(rng: np.random.Generator) -> trimesh.Trimesh:
+    if rng.random() < _RAMEKINS:
+        radius = rng.uniform(0.035, 0.06)
+        return _vessel(radius, radius * rng.uniform(0.6, 1.1), rng.uniform(0.8, 1.0), 1.0, rng.uniform(0.003, 0.006))
     radius = rng.uniform(0.055, 0.11)
     height = radius * rng.uniform(0.5, 1.0)
     return _vessel(radius, height, rng.uniform(0.3, 0.7), rng.uniform(0.3, 1.0), rng.uniform(0.003, 0.006))
@@ -167,7 +173,18 @@ def _pitcher(rng: np.random.Generator) -> trimesh.Trimesh:
     return trimesh.util.concatenate([body, _handle(radius * 0.95, height, rng)])
 
 
+def _milk_carton(rng: np.random.Generator) -> trimesh.Trimesh:
+    """Return a carton with a roof, the ridge of which is a seam."""
+    length, width, wall = rng.uniform(0.045, 0.1), rng.uniform(0.045, 0.1), rng.uniform(0.08, 0.2)
+    roof, seam, cut = rng.uniform(0.3, 0.6) * width, rng.uniform(0.008, 0.02), rng.uniform(0.0, 0.4) * length
+    corners = np.array([(x, y, z) for x in (-length, length) for y in (-width, width) for z in (0.0, 2 * wall)]) / 2
+    ridge = np.array([(x, y, wall + roof) for x in (cut - length, length - cut) for y in (-0.004, 0.004)]) / (2, 2, 1)
+    fin = trimesh.creation.box((length, 0.004, seam))
+    fin.apply_translation((0.0, 0.0, wall + roof + seam / 2))
+    return trimesh.util.concatenate([trimesh.convex.convex_hull(np.concatenate((corners, ridge))), fin])
+
+
 _TURNED = {
     "mug": _mug, "cup": _cup, "bowl": _bowl, "can": _can, "bottle": _bottle, "plate": _plate, "jar": _jar,
-    "ball": _ball, "pitcher": _pitcher,
+    "ball": _ball, "pitcher": _pitcher, "box": _milk_carton,
 }  # fmt: skip

@@ -10,8 +10,8 @@ import torch
 
 from agent.evaluation.nouns.shape_examples import shape_examples
 
-_HIDDEN = 48
-_EPOCHS = 400
+_HIDDEN = 96
+_EPOCHS = 200
 _RATE, _DECAY = 3e-3, 3e-3
 _SMOOTHING = 0.05  # of the labels: a can can be a candle
 _HELD_OUT = 0.15
@@ -51,7 +51,7 @@ def main() -> None:
     """Draw examples, train on most of them, and say how many of the others are told right."""
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--out", type=Path, required=True, help="weights to write (.npz)")
-    arguments.add_argument("--examples", type=int, default=1650)
+    arguments.add_argument("--examples", type=int, default=12000)
     arguments.add_argument("--seed", type=int, default=1)
     given = arguments.parse_args()
     torch.set_num_threads(1)

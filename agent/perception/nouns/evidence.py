@@ -15,7 +15,8 @@ _TABLE = Path(__file__).with_name("noun_shapes.tsv")
 SHAPE_WEIGHT, PICTURE_WEIGHT, FLOOR, UNKNOWN = 1.3, 1.0, 0.01, 0.1
 # Shapes that are a noun by themselves, and those that only support one that the picture shows.
 _SHOWN_BY_SHAPE = frozenset("mug cup bowl plate can bottle box pan pitcher".split())
-_CUPS = ("cup", "mug", "glass")
+# Nouns of things that people call by either; the first two of them that are likely name an object together.
+_KIN = (frozenset(("cup", "mug", "glass")), frozenset(("book", "notebook")))
 _TOLERANCE = 1.2  # of sizes: what is seen of an object can be smaller or, with its shadow, larger
 
 
@@ -45,8 +46,6 @@ def _table() -> dict[str, _Shapes]:
 def confidences(picture: Mapping[str, float], shape: Mapping[str, float], sides: np.ndarray) -> dict[str, float]:
     """Return noun -> confidence, the highest first; what is missing to 1 has no noun here.
 
-    A cup in doubt with a mug or a glass is a cup: its confidence is that of all three together.
-
     Args:
         picture: noun -> probability, by the picture alone.
         shape: kind of shape -> probability, by the depth alone.
@@ -63,6 +62,19 @@ def confidences(picture: Mapping[str, float], shape: Mapping[str, float], sides:
     nameless = (1.0 - sum(shape.get(kind, 0.0) for kind in _SHOWN_BY_SHAPE)) ** SHAPE_WEIGHT * UNKNOWN**PICTURE_WEIGHT
     whole = sum(scores.values()) + nameless
     found = {noun: score / whole for noun, score in scores.items()}
-    if "cup" in found:
-        found["cup"] = sum(found.get(noun, 0.0) for noun in _CUPS)
     return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def likeliest(nouns: Mapping[str, float], least: float) -> tuple[str, ...]:
+    """Return the noun with a confidence of at least `least`, or two kin that have it together, or none.
+
+    Args:
+        nouns: noun -> confidence, the highest first.
+        least: confidence that a name takes.
+    """
+    first = next(iter(nouns), "")
+    if nouns.get(first, 0.0) >= least:
+        return (first,)
+    kin = next((kin for kin in _KIN if first in kin), frozenset())
+    pair = tuple(noun for noun in nouns if noun in kin)[:2]
+    return pair if sum(nouns[noun] for noun in pair) >= least else ()

@@ -30,8 +30,8 @@ def words(program, *line: str) -> list[str]:
     ("line", "offered"),
     [
         (["ev"], ["evaluate"]),
-        (["evaluate", ""], ["success", "goals", "arm", "recordings", "segmentation", "completion", "parse", "language",
-                            "discriminators", "coverage", "chat"]),
+        (["evaluate", ""], ["success", "goals", "arm", "recordings", "segmentation", "nouns", "completion", "parse",
+                            "language", "discriminators", "coverage", "chat"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
         (["run", "--viewp"], ["--viewpoint"]),

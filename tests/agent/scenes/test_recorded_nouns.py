@@ -8,14 +8,14 @@ from PIL import Image
 
 from agent import events
 from agent.chat.table_facts import object_facts
+from agent.perception import perceive
 from agent.perception.segments import Segment
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
-from agent.scenes import digital_twin
 from agent.scenes.record_bag import record_session
 from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
 from agent.scenes.table_scene import TableScene
-from grounding.references.selection import Selection
+from grounding.references.selection import Selection, select_objects
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box
 
@@ -57,6 +57,14 @@ def test_what_may_have_been_left_out_is_asked_about():
     assert doubts((FOUND[1], FOUND[2]), {}, Selection((0,), (), ("mug",))) == ["object 3 may be a mug too (0.41)"]
 
 
+def test_an_object_that_is_one_of_two_is_said_and_meant_by_both_words():
+    found = (segment(1, "cup or mug", cup=0.5, mug=0.38), segment(2, "cup", cup=0.9), segment(3, "bowl", bowl=0.8))
+    assert taken_nouns(found[:1], {}) == ["object 1 is taken for a cup or mug (0.88)"]
+    names = [each.display_name for each in found]
+    assert select_objects("put the mug to the left", names).indices == (0,)
+    assert select_objects("put the cups in a line", names).indices == (0, 1)
+
+
 def test_the_question_shows_the_picture_and_the_guesses():
     question = how_to_name(FOUND, "object 3", np.full((4, 6, 3), 80, np.uint8))
     assert "object 3 may be a mug (0.41)" in question
@@ -94,7 +102,7 @@ def taking(monkeypatch):
                 found.append(replace(each, noun=noun, nouns=own, display_name=words))
             return replace(segments, objects=tuple(found))
 
-        monkeypatch.setattr(digital_twin, "with_nouns", named)
+        monkeypatch.setattr(perceive, "with_nouns", named)
 
     return takes
 

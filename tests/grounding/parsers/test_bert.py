@@ -5,11 +5,10 @@ import math
 
 import numpy as np
 import pytest
-import threadpoolctl
 import torch
 from torch.nn import functional
 
-from grounding.parsers.bert import Bert, EncoderLayer, gelu, layer_sizes, one_thread
+from grounding.parsers.bert import Bert, EncoderLayer, gelu, layer_sizes
 from grounding.parsers.slot_head import QUESTIONS
 from grounding.training.slot_network import SlotNetwork, encoder_layer
 
@@ -81,15 +80,3 @@ def test_a_checkpoint_that_does_not_fit_its_config_is_told(encoder):
         Bert.from_pretrained(path, {**config, "intermediate_size": 1024}, 1)
     with pytest.raises(KeyError, match="encoder.layer.6.attention.self.query.weight"):
         Bert.from_pretrained(path, config, 7)
-
-
-def test_matrices_are_multiplied_in_one_thread():
-    numpy_alone = threadpoolctl.ThreadpoolController()
-
-    def threads():
-        return [pool["num_threads"] for pool in numpy_alone.info() if pool["user_api"] == "blas"]
-
-    before = threads()
-    with one_thread():
-        assert threads() == [1] * len(before)
-    assert threads() == before

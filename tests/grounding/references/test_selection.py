@@ -56,6 +56,13 @@ def test_cups_are_mugs_only_where_there_is_no_cup():
         select_objects("the mugs", ["cup"])
 
 
+def test_either_word_means_an_object_that_is_one_of_two():
+    names = ["cup or mug 1, red", "cup 2, blue", "bowl 3, red"]
+    assert select_objects("the mugs", names).indices == (0,)
+    assert select_objects("the cups", names).indices == (0, 1)
+    assert select_objects("everything but the mug", names).indices == (1, 2)
+
+
 def test_the_selection_says_which_nouns_chose():
     selection = select_objects("the knives and the boxes, but not the spoons", KITCHEN)
     assert selection.named == ("knife", "box")

@@ -63,6 +63,24 @@ def test_a_sure_noun_is_in_name_and_json(seen, looking):
     assert row["noun"] == "drill" and row["confidence"] == round(found.confidence, 2) >= recognition.CONFIDENT
 
 
+def test_a_cup_that_may_be_a_mug_is_called_both(seen, looking, monkeypatch):
+    looking(740)
+    monkeypatch.setattr(recognition, "confidences", lambda *_: {"mug": 0.5, "cup": 0.38, "pitcher": 0.02})
+    (found,) = with_nouns(*seen).objects
+    assert (found.noun, found.display_name) == ("mug or cup", "mug or cup 1, red")
+    assert found.nouns == {"mug": 0.5, "cup": 0.38} and found.confidence == pytest.approx(0.88)
+
+
+def test_several_objects_keep_their_order_and_small_ones_their_number(seen, looking):
+    recording, segments = seen
+    looking(740)
+    labels = segments.labels.copy()
+    labels[0:5, 0:5], labels[61:79, 10:90] = 2, 3
+    three = tuple(replace(segments.objects[0], name=f"object {k}", display_name=f"object {k}") for k in (1, 2, 3))
+    named = with_nouns(recording, replace(segments, objects=three, labels=labels))
+    assert [each.display_name for each in named.objects] == ["drill 1", "object 2", "drill 3"]
+
+
 @pytest.mark.parametrize("number", [281, 954])  # a cat; a banana, whose shape this is not
 def test_what_is_not_sure_keeps_its_number(seen, looking, number):
     recording, segments = seen
