@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from grounding.goal_reading.chunk import Chunk
@@ -34,7 +34,7 @@ _CHUNK_SHAPES: Mapping[str, tuple[str, ...]] = {
     "beside each other": ("line",),
     "gap": ("line", "cluster"),
 }  # fmt: skip
-_SIDES = {"left of": ("x_position", "left"), "right of": ("x_position", "right"), "behind": ("y_position", "top"),
+SIDES = {"left of": ("x_position", "left"), "right of": ("x_position", "right"), "behind": ("y_position", "top"),
           "in front of": ("y_position", "bottom")}  # fmt: skip
 
 
@@ -82,7 +82,9 @@ def _lengths(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
 
 def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
     """Compare the named objects: each noun phrase counts as often as it occurs, plus at most once per pronoun."""
-    held = phrases_of(parts)
+    lists = list(_phrase_lists(parts))
+    held = [phrase for phrases in lists for phrase in phrases]
+    together = [range(sum(map(len, lists[:k])), sum(map(len, lists[: k + 1]))) for k in range(len(lists))]
     unused = [set(phrase.split()) for phrase in held]
     untouched = set(range(len(held)))
     everything = any(part["kind"] == "structure" and part.get("objects") is None for part in parts)
@@ -103,6 +105,10 @@ def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
             untouched.discard(best)
         elif chunk.value.kind in ("all", "rest") and everything:
             continue
+        elif spread := next((p for p in together if words - {"and"} <= set().union(*(unused[i] for i in p))), None):
+            untouched -= {i for i in spread if words & unused[i]}  # "the red and blue blocks": the red + blue blocks
+            for i in spread:
+                unused[i] -= words
         elif again:
             again -= 1
         else:
@@ -114,10 +120,15 @@ def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
 
 def phrases_of(parts: Iterable[Mapping[str, Any]]) -> list[str]:
     """List the noun phrases of a goal with words for objects."""
-    return [
-        " ".join(_plain(phrase)) for part in parts for key in ("objects", "reference", "around")
-        if isinstance(part.get(key), (list, tuple)) for phrase in part[key]
-    ]  # fmt: skip
+    return [phrase for phrases in _phrase_lists(parts) for phrase in phrases]
+
+
+def _phrase_lists(parts: Iterable[Mapping[str, Any]]) -> Iterator[list[str]]:
+    """Return the noun phrases that stand together in a part."""
+    for part in parts:
+        for key in ("objects", "reference", "around"):
+            if isinstance(part.get(key), (list, tuple)):
+                yield [" ".join(_plain(phrase)) for phrase in part[key]]
 
 
 def _plain(said: str) -> list[str]:
@@ -142,17 +153,10 @@ def _shapes(
     unread: bool,
 ) -> str:
     held = Counter(part.get("shape") for part in structures)
-    named = Counter(c.value.name for c in chunks if c.kind == "shape" and not c.value.definite)
-    named.update("table setting" for c in chunks if c.kind == "table setting")
-    for shape, count in named.items():
-        if held[shape] < min(count, 1) and not (shape == "line" and held["grid"]):
+    for shape in named_shapes(chunks):
+        if not held[shape] and not (shape == "line" and held["grid"]):
             return f"leaves out the {shape}"
-    implied = {c.value.name for c in chunks if c.kind == "shape"}
-    for chunk in chunks:
-        implied.update(_CHUNK_SHAPES.get(chunk.kind, ()))
-        implied.update(_VERB_SHAPES.get(chunk.value, ()) if chunk.kind == "verb" else ())
-        implied.update(("circle", "arc") if chunk.kind == "relation" and chunk.value == "around" else ())
-        implied.update(("table setting",) if chunk.kind == "table setting" else ())
+    implied = implied_shapes(chunks)
     for shape in held:
         if shape is not None and shape not in implied and not unread:
             return f"has a {shape} that nobody asked for"
@@ -167,13 +171,35 @@ def _shapes(
     return ""
 
 
+def named_shapes(chunks: Sequence[Chunk]) -> list[str]:
+    """List the shapes that are asked for by their names, each once."""
+    shapes = [c.value.name for c in chunks if c.kind == "shape" and not c.value.definite]
+    return list(dict.fromkeys([*shapes, *("table setting" for c in chunks if c.kind == "table setting")]))
+
+
+def implied_shapes(chunks: Sequence[Chunk]) -> set[str]:
+    """Return the shapes that a goal of these chunks may have."""
+    implied = {c.value.name for c in chunks if c.kind == "shape"}
+    for chunk in chunks:
+        implied.update(_CHUNK_SHAPES.get(chunk.kind, ()))
+        implied.update(_VERB_SHAPES.get(chunk.value, ()) if chunk.kind == "verb" else ())
+        implied.update(("circle", "arc") if chunk.kind == "relation" and chunk.value == "around" else ())
+        implied.update(("table setting",) if chunk.kind == "table setting" else ())
+    return implied
+
+
+def said_relations(chunks: Sequence[Chunk]) -> Counter[str]:
+    """Count the relations that are said, moves aside."""
+    return Counter(c.value for c in chunks if c.kind in ("relation", "relation it", "apart"))
+
+
 def _relations(
     chunks: Sequence[Chunk],
     structures: Sequence[Mapping[str, Any]],
     relations: Sequence[Mapping[str, Any]],
     unread: bool,
 ) -> str:
-    said = Counter(c.value for c in chunks if c.kind in ("relation", "relation it", "apart"))
+    said = said_relations(chunks)
     said["moved"] = sum(chunk.kind == "move" for chunk in chunks)
     held = Counter(part["relation"] for part in relations)
     held["around"] += sum(part.get("around") is not None for part in structures)
@@ -191,7 +217,7 @@ def _relations(
     for relation, count in held.items():
         if relation in ("at", "swapped") or unread:
             continue
-        of_side = relation in _SIDES and _SIDES[relation][1] in sides
+        of_side = relation in SIDES and SIDES[relation][1] in sides
         beside = relation == "next to" and any(chunk.kind == "beside each other" for chunk in chunks)
         on_top = relation == "on" and any(chunk.kind == "verb" and chunk.value == "stack" for chunk in chunks)
         inner = relation == "around" and any(chunk.kind in ("inner", "verb") for chunk in chunks)
@@ -215,7 +241,7 @@ def _references(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> 
     for chunk, after in zip(spoken, spoken[1:], strict=False):
         if (
             chunk.kind not in ("relation", "apart")
-            or chunk.value not in (*_SIDES, "next to", "on", "in")
+            or chunk.value not in (*SIDES, "next to", "on", "in")
             or after.kind != "noun phrase"
         ):
             continue
@@ -237,14 +263,8 @@ def _reference_words(part: Mapping[str, Any], parts: Sequence[Mapping[str, Any]]
 
 def _places(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]], unread: bool) -> str:
     held = {(key, part[key]) for part in parts for key in ("x_position", "y_position") if part.get(key) is not None}
-    spots = [chunk for chunk in chunks if chunk.kind == "place"]
-    said = {
-        (key, value)
-        for c in spots
-        for key in ("x_position", "y_position")
-        if (value := getattr(c.value, key)) is not None
-    }
-    relations = {_SIDES[part["relation"]] for part in parts if part.get("relation") in _SIDES}
+    said = said_places(chunks)
+    relations = {SIDES[part["relation"]] for part in parts if part.get("relation") in SIDES}
     edges = {part["along"] for part in parts if part.get("along") is not None}
     for key, value in sorted(said - held - relations):
         if {"left": "left", "right": "right", "top": "far", "bottom": "near"}.get(value) not in edges:
@@ -256,10 +276,34 @@ def _places(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]], unread:
     return ""
 
 
+def said_places(chunks: Sequence[Chunk]) -> set[tuple[str, str]]:
+    """Return the places on the table that are said: ("x_position", "left") and so on."""
+    return {
+        (key, value)
+        for c in chunks
+        if c.kind == "place"
+        for key in ("x_position", "y_position")
+        if (value := getattr(c.value, key)) is not None
+    }
+
+
 def _keys(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], unread: bool) -> str:
     def held(key: str) -> set[Any]:
         return {part[key] for part in structures if part.get(key) is not None}
 
+    said = said_keys(chunks)
+    spread = any(chunk.kind == "verb" and chunk.value == "spread" for chunk in chunks)
+    for key, values in said.items():
+        here = held(key)
+        if lost := values - here:
+            return f"leaves out {key.replace('_', ' ')} {sorted(map(str, lost))[0]}"
+        if (more := here - values) and not unread and not (key == "size" and spread):
+            return f"has {key.replace('_', ' ')} {sorted(map(str, more))[0]}, which nobody asked for"
+    return _orders(chunks, structures, unread)
+
+
+def said_keys(chunks: Sequence[Chunk]) -> dict[str, set[Any]]:
+    """Return the values of a structure's keys that are said, for each key but places, lengths and orders."""
     shapes = [chunk.value for chunk in chunks if chunk.kind == "shape"]
     said: dict[str, set[Any]] = {
         "size": {c.value for c in chunks if c.kind == "size"} | {shape.size for shape in shapes if shape.size},
@@ -274,14 +318,12 @@ def _keys(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], unre
     }  # fmt: skip
     said["rows"] |= {shape.grid[0] for shape in shapes if shape.grid[0]}
     said["columns"] |= {shape.grid[1] for shape in shapes if shape.grid[1]}
-    spread = any(chunk.kind == "verb" and chunk.value == "spread" for chunk in chunks)
-    for key, values in said.items():
-        here = held(key)
-        if lost := values - here:
-            return f"leaves out {key.replace('_', ' ')} {sorted(map(str, lost))[0]}"
-        if (more := here - values) and not unread and not (key == "size" and spread):
-            return f"has {key.replace('_', ' ')} {sorted(map(str, more))[0]}, which nobody asked for"
-    return _orders(chunks, structures, unread)
+    return said
+
+
+def said_order_keys(chunks: Sequence[Chunk]) -> set[str]:
+    """Return by what objects are to be ordered."""
+    return {c.value["by"] for c in chunks if c.kind in ("order", "order end") and "by" in c.value}
 
 
 def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], unread: bool) -> str:
@@ -289,7 +331,7 @@ def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], un
     orders = [part["order"] for part in structures if part.get("order") is not None]
     if said and not orders:
         return "leaves out the order"
-    keys = {value["by"] for value in said if "by" in value}
+    keys = said_order_keys(chunks)
     for order in orders:
         if order["by"] == "listed" or unread:
             continue

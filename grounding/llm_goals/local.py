@@ -16,7 +16,8 @@ from grounding.goal_reading.tokens import split
 from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.parts import MAX_ROWS
 from grounding.llm_goals.checks import mismatch
-from grounding.llm_goals.lines import Said, goal_line, parts_of
+from grounding.llm_goals.limits import limited
+from grounding.llm_goals.lines import NO_GOAL, Said, goal_line, parts_of
 from grounding.parsers.llm_cache import AnswerCache
 from grounding.parsers.llm_local import INSTRUCTION, LocalLLM
 from grounding.parsers.llm_reply import quotable
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 GOAL_ADAPTER = Path(__file__).parents[1] / "weights" / "llm_goal_adapter.safetensors"
 PROMPT = "parse_goal_lines"
 MOST_PIECES = 160  # of a line; more is a model that goes round in circles
+MOST_DEMANDED = 3  # parts, after which a line may end without a piece that it needs: it went wrong before
 NO_MORE = ""  # in place of a line that could follow
 RETRIES = 3  # other lines that are tried where the likeliest says something else than the instruction
 _STOP = -1  # the decision to end a piece that begins other pieces
@@ -103,8 +105,13 @@ class LocalGoals:
         steps, line = goal_line(said), ""
         decisions: list[Decision] = []
         legal = next(steps)
+        needed = list(said.needed)
         for _ in range(MOST_PIECES):
-            piece = self._choose(continuation, legal, forced, decisions)
+            goes_on = bool(needed) and line.count(";") < MOST_DEMANDED
+            ends = {".", *(f" {word}." for word in NO_GOAL)} if goes_on else set()
+            asked = [piece for piece in legal if piece not in said.unasked and piece not in ends] or legal
+            piece = self._choose(continuation, asked, forced, decisions)
+            needed = [pieces for pieces in needed if piece not in pieces]
             line += piece
             try:
                 legal = steps.send(piece)
@@ -191,7 +198,8 @@ class LocalGoalWriter:
         mended = quotable(self.goals.mended(text))
         lengths = said_lengths(mended)
         first: list[dict[str, Any]] | str | None = None
-        for parts in self._answers(Said.of(mended, tuple(lengths), said_counts(mended))):
+        said = Said.of(mended, tuple(lengths), said_counts(mended))
+        for parts in self._answers(limited(said, chunks)):
             if isinstance(parts, list):
                 parts = [_in_metres(part, lengths) for part in parts]
                 if not mismatch(chunks, parts):
@@ -205,7 +213,8 @@ class LocalGoalWriter:
 
     def _answers(self, said: Said) -> Iterator[list[dict[str, Any]] | str | None]:
         """Return the parts of the most likely line and of others, as `LocalGoals.lines`; kept ones cost nothing."""
-        key = self.identity, self._prompt_sha256, said.text
+        limits = hashlib.sha256(repr((said.naming, sorted(said.unasked), [*map(sorted, said.needed)])).encode())
+        key = self.identity, f"{self._prompt_sha256} {limits.hexdigest()}", said.text
         kept = (self._cache and self._cache.get(*key)) or []
         yield from (_parts_of(line, said) for line in kept if line != NO_MORE)
         if NO_MORE in kept:
