@@ -1,7 +1,7 @@
-"""Say which pieces of a line an instruction does not ask for, which it needs, and which words name objects.
+"""Say which pieces of a line an instruction does not ask for, and which of its words name objects.
 
-A line with a piece that nobody asked for, or without one that was asked for, fails the checks
-(`grounding.llm_goals.checks`), so that a small model is given no such choice.
+A line with a piece that nobody asked for fails the checks (`grounding.llm_goals.checks`), so that a small model is given
+no such choice. What is asked for is not forced on it: a line that leaves it out is a sign that the model is wrong.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from grounding.goals.parts import EDGES, GROUPINGS, MAX_ROWS, ORDER_KEYS
 from grounding.llm_goals.checks import (
     SIDES,
     implied_shapes,
-    named_shapes,
     said_keys,
     said_order_keys,
     said_places,
@@ -25,7 +24,6 @@ from grounding.spec import LEGAL_VALUES, SHAPES
 
 _NAMING = ("noun phrase", "except")  # chunks whose words a line copies
 _INSIDE = {"in": "inside"}
-_EDGE_OF = {"left": "left", "right": "right", "top": "far", "bottom": "near"}
 
 
 def limited(said: Said, chunks: Sequence[Chunk]) -> Said:
@@ -37,10 +35,7 @@ def limited(said: Said, chunks: Sequence[Chunk]) -> Said:
     """
     if any(chunk.kind == "unknown" for chunk in chunks):
         return said
-    lengths = (frozenset((f" {length}",)) for length in said.lengths)
-    return replace(
-        said, unasked=frozenset(_unasked(chunks)), needed=(*_needed(chunks), *lengths), naming=_naming(said, chunks)
-    )
+    return replace(said, unasked=frozenset(_unasked(chunks)), naming=_naming(said, chunks))
 
 
 def _unasked(chunks: Sequence[Chunk]) -> Iterator[str]:
@@ -55,6 +50,7 @@ def _unasked(chunks: Sequence[Chunk]) -> Iterator[str]:
     yield from (f", {value}" for value in LEGAL_VALUES["size"] if value not in sizes)
     yield from (f", facing {value}" for value in LEGAL_VALUES["rotation"] if value not in keys["rotation"])
     places = {value for _, value in said_places(chunks)} | ({"center", "middle"} if "inner" in kinds else set())
+    places |= {chunk.value for chunk in chunks if chunk.kind == "move"}  # the same words as for the way of a move
     for slot in ("x_position", "y_position"):
         yield from (f", {value}" for value in LEGAL_VALUES[slot] if value not in places)
     yield from (f", along {edge}" for edge in EDGES if edge not in keys["along"])
@@ -76,31 +72,6 @@ def _unasked_relations(chunks: Sequence[Chunk]) -> Iterator[str]:
     for relation in (*PLACED, "around"):
         if not said[relation] and relation not in implied:
             yield f", {_INSIDE.get(relation, relation)}"
-
-
-def _needed(chunks: Sequence[Chunk]) -> Iterator[frozenset[str]]:
-    """Yield sets of pieces of which a line needs one each."""
-    keys = said_keys(chunks)
-    yield from (frozenset((f" {shape} of", " grid of")) for shape in named_shapes(chunks) if shape == "line")
-    yield from (frozenset((f" {shape} of",)) for shape in named_shapes(chunks) if shape != "line")
-    for relation, count in said_relations(chunks).items():
-        if count and relation in (*PLACED, "around"):
-            yield frozenset((f", {_INSIDE.get(relation, relation)}",))
-    if any(chunk.kind == "move" for chunk in chunks):
-        yield frozenset((" move of",))
-    if any(chunk.kind == "verb" and chunk.value == "swap" for chunk in chunks):
-        yield frozenset((" swap of",))
-    yield from (frozenset((f", {value}",)) for value in sorted(keys["size"]))
-    yield from (frozenset((f", facing {value}",)) for value in sorted(keys["rotation"]))
-    yield from (frozenset((f", along {edge}",)) for edge in sorted(keys["along"]))
-    yield from (frozenset((f", group {by}",)) for by in sorted(keys["group_by"]))
-    for key in ("rows", "columns"):
-        yield from (frozenset((f", {key} {count}",)) for count in sorted(keys[key]))
-    for _, value in sorted(said_places(chunks)):
-        sides = {f", {relation}" for relation, (_, side) in SIDES.items() if side == value}
-        yield frozenset((f", {value}", f" {value}", f", along {_EDGE_OF.get(value, value)}", *sides))
-    if any(chunk.kind in ("order", "order end") for chunk in chunks):
-        yield frozenset(f", order {by}" for by in ORDER_KEYS)
 
 
 def _naming(said: Said, chunks: Sequence[Chunk]) -> tuple[bool, ...]:

@@ -32,7 +32,6 @@ class Said:
         counts: whole numbers of the text.
         naming: for each word whether objects may be named with it; empty for all.
         unasked: pieces that the line must not have.
-        needed: sets of pieces of which the line must have one each.
     """
 
     words: tuple[str | None, ...]
@@ -40,7 +39,6 @@ class Said:
     counts: tuple[int, ...] = ()
     naming: tuple[bool, ...] = ()
     unasked: frozenset[str] = frozenset()
-    needed: tuple[frozenset[str], ...] = ()
 
     @classmethod
     def of(cls, text: str, lengths: Sequence[str] = (), counts: Sequence[int] = ()) -> Said:

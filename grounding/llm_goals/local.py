@@ -17,7 +17,7 @@ from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.parts import MAX_ROWS
 from grounding.llm_goals.checks import mismatch
 from grounding.llm_goals.limits import limited
-from grounding.llm_goals.lines import NO_GOAL, Said, goal_line, parts_of
+from grounding.llm_goals.lines import Said, goal_line, parts_of
 from grounding.parsers.llm_cache import AnswerCache
 from grounding.parsers.llm_local import INSTRUCTION, LocalLLM
 from grounding.parsers.llm_reply import quotable
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 GOAL_ADAPTER = Path(__file__).parents[1] / "weights" / "llm_goal_adapter.safetensors"
 PROMPT = "parse_goal_lines"
 MOST_PIECES = 160  # of a line; more is a model that goes round in circles
-MOST_DEMANDED = 3  # parts, after which a line may end without a piece that it needs: it went wrong before
 NO_MORE = ""  # in place of a line that could follow
 RETRIES = 3  # other lines that are tried where the likeliest says something else than the instruction
 _STOP = -1  # the decision to end a piece that begins other pieces
@@ -105,13 +104,9 @@ class LocalGoals:
         steps, line = goal_line(said), ""
         decisions: list[Decision] = []
         legal = next(steps)
-        needed = list(said.needed)
         for _ in range(MOST_PIECES):
-            goes_on = bool(needed) and line.count(";") < MOST_DEMANDED
-            ends = {".", *(f" {word}." for word in NO_GOAL)} if goes_on else set()
-            asked = [piece for piece in legal if piece not in said.unasked and piece not in ends] or legal
+            asked = [piece for piece in legal if piece not in said.unasked] or legal
             piece = self._choose(continuation, asked, forced, decisions)
-            needed = [pieces for pieces in needed if piece not in pieces]
             line += piece
             try:
                 legal = steps.send(piece)
@@ -213,7 +208,7 @@ class LocalGoalWriter:
 
     def _answers(self, said: Said) -> Iterator[list[dict[str, Any]] | str | None]:
         """Return the parts of the most likely line and of others, as `LocalGoals.lines`; kept ones cost nothing."""
-        limits = hashlib.sha256(repr((said.naming, sorted(said.unasked), [*map(sorted, said.needed)])).encode())
+        limits = hashlib.sha256(repr((said.naming, sorted(said.unasked))).encode())
         key = self.identity, f"{self._prompt_sha256} {limits.hexdigest()}", said.text
         kept = (self._cache and self._cache.get(*key)) or []
         yield from (_parts_of(line, said) for line in kept if line != NO_MORE)
