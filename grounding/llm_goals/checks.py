@@ -232,6 +232,8 @@ def _references(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> 
     seen: list[tuple[Any, ...]] = []
     for part in relations:
         objects, reference = part.get("objects"), part.get("reference")
+        if part["relation"] == "at" and isinstance(objects, Mapping):
+            return "gives a structure its place apart from its other keys"
         if isinstance(objects, Mapping) and isinstance(reference, Mapping) and objects["part"] <= reference["part"]:
             return f"has {part['relation']!r} the other way round"
         if (same := (part["relation"], str(objects), str(reference))) in seen:
@@ -340,7 +342,8 @@ def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], un
     ways = {value["direction"] for value in said if value.get("direction") and value.get("from") is None}
     if len(ways) == 1 and len(orders) == 1 and orders[0].get("from") is None and orders[0].get("direction") not in ways:
         return "has another direction of the order"
-    return _order_ends(said, orders)
+    directions = {chunk.value for chunk in chunks if chunk.kind == "direction"}
+    return _order_ends([*said, *({"from": start, "direction": way} for start in directions for way in ways)], orders)
 
 
 def _order_ends(said: Sequence[Mapping[str, Any]], orders: Sequence[Mapping[str, Any]]) -> str:
