@@ -11,15 +11,8 @@ from dataclasses import replace
 
 from grounding.goal_reading.chunk import Chunk
 from grounding.goals.parts import EDGES, GROUPINGS, MAX_ROWS, ORDER_KEYS
-from grounding.llm_goals.checks import (
-    SIDES,
-    implied_shapes,
-    said_keys,
-    said_order_keys,
-    said_places,
-    said_relations,
-)
 from grounding.llm_goals.lines import PLACED, Said
+from grounding.llm_goals.wishes import SIDES, implied_shapes, said_keys, said_order_keys, said_places, said_relations
 from grounding.spec import LEGAL_VALUES, SHAPES
 
 _NAMING = ("noun phrase", "except")  # chunks whose words a line copies
