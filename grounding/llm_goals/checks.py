@@ -84,9 +84,13 @@ def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
     again = sum(isinstance(part.get(key), Mapping) for part in parts for key in ("objects", "reference"))
     pronouns = 0
     for place, chunk in enumerate(chunks):
-        if chunk.kind != "noun phrase" or _left_alone(chunks, place):
+        if chunk.kind != "noun phrase":
             continue
         words = {word for word in _plain(chunk.said) if word not in _IDLE_WORDS}
+        if _left_alone(chunks, place):
+            if everything and not any(words <= set(phrase.split()) for phrase in held):
+                return f"may move {chunk.said!r}, which stays as it is"
+            continue
         if chunk.value.kind in ("pronoun", "structure", "each other") or not words:
             pronouns += 1
             continue

@@ -41,7 +41,8 @@ def test_a_models_own_readings_are_counted_with_their_exact_ones():
     none = measure_goal_reading(Reading("swap"), ROWS, lambda done: None)
     assert none["by_model"]["n"] == 0 and none["by_model"]["rate"] is None
     printed = io.StringIO()
-    print_goal_reading([{"parser": "llm", "data": name, "rows": 3} | one for name, one in (("a", found), ("b", none))], printed)
+    sets = (("a", found), ("b", none))
+    print_goal_reading([{"parser": "llm", "data": name, "rows": 3} | one for name, one in sets], printed)
     head, first, second, *_ = printed.getvalue().splitlines()
     assert head.split()[-3:] == ["own", "own", "exact"]
     assert first.split()[-2:] == ["2", "50.0"] and second.split()[-2:] == ["0", "-"]

@@ -130,3 +130,16 @@ def test_a_structure_has_its_place_itself():
     assert not mismatch(chunks(text), [circle | {"y_position": "top"}])
     apart = {"kind": "relation", "relation": "at", "objects": {"part": 0}, "y_position": "top"}
     assert "apart from its other keys" in mismatch(chunks(text), [circle, apart])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "make a triangle with the other things, except the cup",
+        "make a triangle with everything, but not with the cup",
+        "make a triangle with everything and leave the cup alone",
+    ],
+)
+def test_what_is_excepted_is_not_in_everything(text):
+    triangle = structure("triangle", None)
+    assert "may move" in mismatch(chunks(text), [triangle])
