@@ -200,12 +200,13 @@ class Interpretation:
     def _read_again(
         self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, first: GoalReading
     ) -> Interpretation:
-        """Let the goal network read it too, except where grammar and parser agree on one plain structure, or a
-        language model's goal has passed all checks.
+        """Let the goal network read it too, except where grammar and parser agree on one plain structure.
+
+        A language model's goal is a first reading like the grammar's: a network that is certain of another goal counts.
         """
         agreed = self.status == "ok" and first.complete and not more_than_plain(first.goal)
         agreed = agreed and first.goal.parts[0].spec == self.parse.spec
-        if self._second is None or agreed or first.by_model or not self.parse.text.strip():
+        if self._second is None or agreed or not self.parse.text.strip():
             return self
         started = time.perf_counter()
         second = self._second.read(self.parse.text, objects, catalogue)
@@ -221,7 +222,7 @@ class Interpretation:
         if counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
             if self._default is not None:
-                found = replace(found, fallback="the language model's five slots are not used; the goal network read this")
+                found = replace(found, fallback=f"{_unused(first)}; the goal network read this", by_model=False)
         elif doubted(second, known, count):
             message = not_understood(self.parse, first.residue).message
             found = replace(
@@ -259,6 +260,13 @@ class Interpretation:
             "viewpoint": self.viewpoint,
             "seconds": round(self.seconds, 4),
         }
+
+
+def _unused(first: GoalReading) -> str:
+    """Say what of a language model is not used where the goal network's goal is."""
+    if first.by_model:
+        return "the language model's goal is not used, because the network is certain of another one"
+    return "the language model's five slots are not used"
 
 
 def _words_read(parse: Parse) -> set[str]:

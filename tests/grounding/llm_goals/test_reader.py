@@ -303,3 +303,16 @@ def test_the_network_reads_plain_wishes_that_the_five_slots_refuse(default, enco
     found = with_model(default, encoder, PARTS).interpret(text, TABLE)
     assert found.status == "ok" and found.goal.parts[0].shape == "triangle"
     assert found.fallback.endswith("read this") and not found.by_model
+
+
+def test_a_network_that_is_certain_of_another_goal_counts_as_it_does_against_the_grammar(default, encoder):
+    text = "put the bowl between the red cup and the blue cup, and stack the cans"
+    names = {"objects": ["the red cup"], "reference": ["the bowl", "the blue cup"]}
+    between = {"kind": "relation", "relation": "between"} | names
+    tower = {"kind": "structure", "shape": "tower", "objects": ["the cans"]}
+    assert reader(Saying([between, tower])).read(text, TABLE).by_model  # the checks do not see it
+    found = with_model(default, encoder, [between, tower]).interpret(text, TABLE)
+    assert found.goal == default.interpret(text, TABLE).goal and not found.by_model
+    assert found.fallback == (
+        "the language model's goal is not used, because the network is certain of another one; the goal network read this"
+    )
