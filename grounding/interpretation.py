@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +57,7 @@ class Interpretation:
         objects: names of the selected objects, or the text's words for them if no objects are known;
             `None` for all.
         seconds: how long it took.
-        fallback: why another parser than the configured one was used, or empty.
+        fallback: why another parser than the configured one was used, and which, or empty.
         question: what has to be known before building, with status "ask".
         selection: the selected objects, as indices into those that are there, with the noun phrases that chose
             them; `None` if no objects are known or none could be selected.
@@ -65,6 +65,7 @@ class Interpretation:
         named: the nouns that chose the objects, or else the words; empty where everything is selected.
         goal: what should hold in the end, in the world's frame; without parts where it is refused or asked about. Its
             objects are indices into those that are there, or the text's words where none are known.
+        by_model: whether a language model wrote the goal, and it passed all checks.
     """
 
     parse: Parse
@@ -80,9 +81,14 @@ class Interpretation:
     words: tuple[str, ...] = ()
     named: tuple[str, ...] = ()
     goal: Goal = Goal()
+    by_model: bool = False
     _reader: ReadsGoals | None = field(default=None, repr=False, compare=False)
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
     _second: SecondReader | None = field(default=None, repr=False, compare=False)
+    # Parses the instruction with the default parser, for what the reader cannot read.
+    _default: Callable[[], Interpretation] | None = field(default=None, repr=False, compare=False)
+    # What the configured parser made of it, where this is the default parser's interpretation.
+    _configured: Interpretation | None = field(default=None, repr=False, compare=False)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -99,9 +105,24 @@ class Interpretation:
             objects: what is there, as for `select_objects`.
             catalogue: whether it is a library that a scene can be drawn from.
         """
+        if self._configured is not None and self.selection is None:
+            return self._configured.among(objects, catalogue)
+        return self.read(objects, catalogue)
+
+    def read(
+        self, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
+    ) -> Interpretation:
+        """Read what goes beyond the five slots, and select the objects where they are known; see `among`."""
         started = time.perf_counter()
         whole, reading = self._of_several_parts(objects, catalogue, started)
-        first = self._selected(objects, catalogue, started) if whole is None else whole
+        if whole is not None and reading.fallback and self._default is not None:
+            found = self._default().read(objects, catalogue)
+            fallback = f"{reading.fallback}; the {found.parse.parser} parser read this"
+            seconds = self.seconds + time.perf_counter() - started
+            return replace(found, fallback=fallback, seconds=seconds, _configured=self)
+        first = whole
+        if first is None:
+            first = self if objects is None else self._selected(objects, catalogue, started)
         return first._read_again(objects, catalogue, reading)
 
     def _selected(
@@ -146,14 +167,15 @@ class Interpretation:
         if found is None:
             return None, reading
         seconds = self.seconds + time.perf_counter() - started
-        fallback = reading.fallback or self.fallback
+        fallback = f"{reading.fallback}; the grammar's reader read this" if reading.fallback else self.fallback
         if found.status != "ok":
             return replace(
                 self, spec=StructureSpec(), status=found.status, message=no_object(self.parse.text, found.message), question=found.question,
                 objects=None, selection=None, named=(), goal=Goal(), seconds=seconds,
                 fallback=fallback,
             ), reading  # fmt: skip
-        return replace(self, fallback=fallback, seconds=seconds)._with_goal(reading, objects), reading
+        read = replace(self, fallback=fallback, seconds=seconds, by_model=reading.by_model)
+        return read._with_goal(reading, objects), reading
 
     def _with_goal(
         self, reading: GoalReading | NetworkReading, objects: Sequence[SceneObject | str | None] | None
@@ -178,7 +200,10 @@ class Interpretation:
     def _read_again(
         self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, first: GoalReading
     ) -> Interpretation:
-        """Let the goal network read it too, except where grammar and parser agree on one plain structure."""
+        """Let the goal network read it too, except where grammar and parser agree on one plain structure.
+
+        A language model's goal is a first reading like the grammar's: a network that is certain of another goal counts.
+        """
         agreed = self.status == "ok" and first.complete and not more_than_plain(first.goal)
         agreed = agreed and first.goal.parts[0].spec == self.parse.spec
         if self._second is None or agreed or not self.parse.text.strip():
@@ -196,6 +221,8 @@ class Interpretation:
         found = self
         if counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
+            if self._default is not None:
+                found = replace(found, fallback=f"{_unused(first)}; the goal network read this", by_model=False)
         elif doubted(second, known, count):
             message = not_understood(self.parse, first.residue).message
             found = replace(
@@ -233,6 +260,13 @@ class Interpretation:
             "viewpoint": self.viewpoint,
             "seconds": round(self.seconds, 4),
         }
+
+
+def _unused(first: GoalReading) -> str:
+    """Say what of a language model is not used where the goal network's goal is."""
+    if first.by_model:
+        return "the language model's goal is not used, because the network is certain of another one"
+    return "the language model's five slots are not used"
 
 
 def _words_read(parse: Parse) -> set[str]:

@@ -48,12 +48,13 @@ class Interpreter:
         fallback: makes the one that is used instead; `None` raises the error.
         viewpoint: one of `VIEWPOINTS`.
         encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
-        goal_reader: makes the reader of goals of several parts from the grammar's, which it falls back to; `None` for
-            the grammar's own.
+        goal_reader: makes the reader of goals of several parts from the grammar's; `None` for the grammar's own.
         network: makes the goal network, which reads what the grammar's reader refuses, asks about, or reads as more
             than one plain structure; `None` does without.
         corrector: makes the network that was taught corrections, which reads what is said about a goal; `None` does
             without. It needs `network` too.
+        default: reads the instructions that `goal_reader` cannot read, as if there were no other interpreter; `None`
+            leaves them to the grammar's reader.
 
     Raises:
         ViewpointError: for another viewpoint.
@@ -68,6 +69,7 @@ class Interpreter:
         goal_reader: Callable[[GoalReader], ReadsGoals] | None = None,
         network: Callable[[], NetworkWriter] | None = None,
         corrector: Callable[[], NetworkWriter] | None = None,
+        default: Interpreter | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
@@ -79,6 +81,7 @@ class Interpreter:
         self._second = None if network is None else SecondReader(
             network, encoder, viewpoint == "opposite", corrector
         )
+        self._default = default
         self._parser: Parser | None = None
         self._substitute: Parser | None = None
         self.fallback = ""
@@ -104,7 +107,13 @@ class Interpreter:
         started = time.perf_counter()
         parses = self._parses(texts)
         seconds = (time.perf_counter() - started) / max(1, len(texts))
-        return [self._interpretation(parse, objects, seconds, fallback, strictly) for parse, fallback in parses]
+        return [self._interpretation(parse, seconds, fallback, strictly).read(objects) for parse, fallback in parses]
+
+    def unread(self, text: str, strictly: bool = False) -> Interpretation:
+        """Parse the five slots of an instruction only; `Interpretation.read` goes on from there."""
+        started = time.perf_counter()
+        ((parse, fallback),) = self._parses([text])
+        return self._interpretation(parse, time.perf_counter() - started, fallback, strictly)
 
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
         """Interpret the next sentence of a conversation; see `grounding.dialogue.revise.revise`."""
@@ -208,27 +217,18 @@ class Interpreter:
             self._substitute = self._make_fallback()
         return self._substitute
 
-    def _interpretation(
-        self,
-        parse: Parse,
-        objects: Sequence[SceneObject | str | None] | None,
-        seconds: float,
-        fallback: str,
-        strictly: bool,
-    ) -> Interpretation:
+    def _interpretation(self, parse: Parse, seconds: float, fallback: str, strictly: bool) -> Interpretation:
+        """Return the interpretation of the five slots, from which the reading of goals goes on."""
         started = time.perf_counter()
         words = mentioned(parse.text) if parse.status != "refused" else ()
         spec = turned(parse) if self.viewpoint == "opposite" else parse.spec
         seconds += time.perf_counter() - started
-        found = Interpretation(
+        return Interpretation(
             parse, spec, parse.status, parse.message, self.viewpoint, words or None, seconds, fallback,
             parse.question, words=words, named=words, goal=_plain_goal(parse, spec, words), _reader=self._reader,
             _encoder=self._encoder, _second=None if strictly else self._second,
+            _default=None if self._default is None else partial(self._default.unread, parse.text, strictly),
         )  # fmt: skip
-        if objects is not None:
-            return found.among(objects)
-        whole, reading = found._of_several_parts(None, False, time.perf_counter())
-        return (whole or found)._read_again(None, False, reading)
 
 
 def _plain_goal(parse: Parse, spec: StructureSpec, words: tuple[str, ...]) -> Goal:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from agent.evaluation.report import interval, percent, print_table
 from agent.rendering.text import number
+from grounding.benchmark import rate
 from grounding.goal_benchmark.rows import GoalRow, free_goal_rows, goal_scenes, load_goal_rows
-from grounding.goal_benchmark.scoring import score_goals
+from grounding.goal_benchmark.scoring import is_exact_reading, score_goals
 from grounding.goal_benchmark.templates import templated_goal_rows
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ def measure_goal_reading(
     interpreter: Interpreter, rows: Sequence[GoalRow], progress: Callable[[int], None]
 ) -> dict[str, Any]:
     """Read every row in its scene and score it; return JSON values, with times.
+
+    "by_model" is the share of exact ones among the readings that are a language model's own.
 
     Args:
         interpreter: reads the instructions.
@@ -56,13 +59,20 @@ def measure_goal_reading(
         interpreter.interpret(row.text, None if row.scene is None else goal_scenes()[row.scene]).seconds
         for row in rows[::every][:TIMED]
     ]
-    return {**score_goals(rows, read), "seconds_warm": statistics.median(single), "seconds_warm_most": max(single)}
+    own = [is_exact_reading(row, one) for row, one in zip(rows, read, strict=True) if one.by_model]
+    return {
+        **score_goals(rows, read), "by_model": rate(sum(own), len(own)),
+        "seconds_warm": statistics.median(single), "seconds_warm_most": max(single),
+    }  # fmt: skip
 
 
 def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO) -> None:
-    """Print the tables of goals: a row per parser and set, then one per stratum; rates in percent."""
+    """Print the tables of goals: a row per parser and set, then one per stratum; rates in percent.
+
+    "own" is the number of readings that are a language model's own, and "own exact" the share of exact ones of them.
+    """
     head = ["parser", "goals", "n", "exact", "95 %", "false fills", "wrong keys", "false parts", "dropped parts"]
-    head += ["refusal P", "refusal R", "refused", "asked", "built wrongly", "warm ms"]
+    head += ["refusal P", "refusal R", "refused", "asked", "built wrongly", "warm ms", "own", "own exact"]
     rows = [head]
     for found in evaluations:
         exact = found["exact"]
@@ -76,7 +86,9 @@ def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO
             percent(exact["rate"], 1),
             interval(exact, 1),
         ]
-        rows.append([*cells, *(percent(one["rate"], 1) for one in rates), number(1000 * found["seconds_warm"], 1)])
+        own = found["by_model"]
+        cells += [*(percent(one["rate"], 1) for one in rates), number(1000 * found["seconds_warm"], 1)]
+        rows.append([*cells, str(own["n"]), percent(own["rate"], 1)])
     print_table(rows, results, left=2)
     strata = [["parser", "goals", "stratum", "n", "exact", "95 %"]]
     for found in evaluations:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ class ReadingOptions:
         viewpoint: whose left and right is meant, "robot" or "opposite".
         llm_model: a folder or a name of the local model, or the endpoint's name for it; `None` for the default.
         llm_url: an OpenAI-compatible endpoint; `None` for the local model.
-        replies: a file in which the LLM's replies are kept, and found again.
+        replies: a file in which the LLM's replies are kept, and found again; not an endpoint's about goals.
         encoder: a folder or a name of the embedding parser's sentence encoder; `None` for the built-in one. Nouns and
             the planners' sentences stay with the built-in one, with which their threshold and weights were made.
         key_url: the endpoint that the user named by a flag, in the environment or in the own file. The key is sent to
@@ -94,7 +95,7 @@ def make_interpreter(
         if options.llm_url is None:
             from grounding.llm_goals.local import LocalGoals, LocalGoalWriter
 
-            return LocalGoalWriter(LocalGoals(options.llm_model))
+            return LocalGoalWriter(LocalGoals(options.llm_model), options.replies)
         from grounding.llm_goals.endpoint import EndpointGoals
 
         return EndpointGoals(endpoint())
@@ -104,6 +105,7 @@ def make_interpreter(
 
         return LLMGoalReader(goals, grammar, encoder, options.viewpoint == "opposite")
 
+    @cache
     def network() -> NetworkWriter:
         from grounding.goal_network.writer import NetworkWriter
 
@@ -114,6 +116,8 @@ def make_interpreter(
 
         return NetworkWriter.from_pretrained(encoder, CORRECTIONS)
 
+    default = Interpreter(embedding, None, options.viewpoint, encoder, network=network, corrector=corrector)
     if options.parser == "embedding":
-        return Interpreter(embedding, None, options.viewpoint, encoder, network=network, corrector=corrector)
-    return Interpreter(llm, None if strict else embedding, options.viewpoint, encoder, goal_reader)
+        return default
+    fallback = None if strict else lambda: default.parser
+    return Interpreter(llm, fallback, options.viewpoint, encoder, goal_reader, network, corrector, default)

@@ -65,6 +65,7 @@ class GoalReading:
         work: verbs that ask for other work than placing objects.
         conditions: words that make a wish depend on something, or put it off.
         fallback: why this reader was used in place of the configured one, or "".
+        by_model: whether a language model wrote the goal.
         never: words that ask for what no goal can hold, as far as a scene is known.
         paired: whether a relation is asked for that holds one by one between objects: "a spoon in each mug".
     """
@@ -86,6 +87,7 @@ class GoalReading:
     work: tuple[str, ...] = ()
     conditions: tuple[str, ...] = ()
     fallback: str = ""
+    by_model: bool = False
     never: tuple[str, ...] = ()
     paired: bool = False
 

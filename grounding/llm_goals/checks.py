@@ -8,34 +8,26 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from grounding.goal_reading.chunk import Chunk
 from grounding.goals.comparison import SAME_LENGTH
+from grounding.llm_goals.wishes import (
+    SIDES,
+    implied_shapes,
+    named_shapes,
+    said_keys,
+    said_order_keys,
+    said_places,
+    said_relations,
+)
 
 _LENGTH_KEYS = ("gap", "radius", "length", "distance")
 _IDLE_WORDS = frozenset(
     "the a an my your our his her their this that these those all both each every of any some just only them it one "
     "ones objects object things thing".split()
 )
-# What implies a shape besides its noun: verbs, keys and other words.
-_VERB_SHAPES: Mapping[str, tuple[str, ...]] = {
-    "stack": ("tower", "pyramid"), "line": ("line",), "cluster": ("cluster",), "sort": ("cluster", "line"),
-    "surround": ("circle", "arc"), "circle": ("circle",), "spread": ("line", "grid", "circle"),
-}  # fmt: skip
-_CHUNK_SHAPES: Mapping[str, tuple[str, ...]] = {
-    "stacked": ("tower",), "side by side": ("line", "cluster"), "grid": ("grid",), "rows": ("grid", "line"),
-    "columns": ("grid",),
-    "table "
-    "setting": ("table setting",), "together": ("cluster",), "group": ("cluster",), "order": ("line", "tower", "arc"),
-    "order end": ("line", "tower", "arc"), "along": ("line",), "length of": ("line",), "radius": ("circle", "arc"),
-    "diameter": ("circle", "arc"), "direction": ("line", "tower"), "listed": ("line", "tower"),
-    "beside each other": ("line",),
-    "gap": ("line", "cluster"),
-}  # fmt: skip
-_SIDES = {"left of": ("x_position", "left"), "right of": ("x_position", "right"), "behind": ("y_position", "top"),
-          "in front of": ("y_position", "bottom")}  # fmt: skip
 
 
 def mismatch(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
@@ -82,7 +74,9 @@ def _lengths(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str
 
 def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
     """Compare the named objects: each noun phrase counts as often as it occurs, plus at most once per pronoun."""
-    held = phrases_of(parts)
+    lists = list(_phrase_lists(parts))
+    held = [phrase for phrases in lists for phrase in phrases]
+    together = [range(sum(map(len, lists[:k])), sum(map(len, lists[: k + 1]))) for k in range(len(lists))]
     unused = [set(phrase.split()) for phrase in held]
     untouched = set(range(len(held)))
     everything = any(part["kind"] == "structure" and part.get("objects") is None for part in parts)
@@ -90,9 +84,13 @@ def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
     again = sum(isinstance(part.get(key), Mapping) for part in parts for key in ("objects", "reference"))
     pronouns = 0
     for place, chunk in enumerate(chunks):
-        if chunk.kind != "noun phrase" or _left_alone(chunks, place):
+        if chunk.kind != "noun phrase":
             continue
         words = {word for word in _plain(chunk.said) if word not in _IDLE_WORDS}
+        if _left_alone(chunks, place):
+            if everything and not any(words <= set(phrase.split()) for phrase in held):
+                return f"may move {chunk.said!r}, which stays as it is"
+            continue
         if chunk.value.kind in ("pronoun", "structure", "each other") or not words:
             pronouns += 1
             continue
@@ -103,6 +101,10 @@ def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
             untouched.discard(best)
         elif chunk.value.kind in ("all", "rest") and everything:
             continue
+        elif spread := next((p for p in together if words - {"and"} <= set().union(*(unused[i] for i in p))), None):
+            untouched -= {i for i in spread if words & unused[i]}  # "the red and blue blocks": the red + blue blocks
+            for i in spread:
+                unused[i] -= words
         elif again:
             again -= 1
         else:
@@ -114,10 +116,15 @@ def _nouns(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> str:
 
 def phrases_of(parts: Iterable[Mapping[str, Any]]) -> list[str]:
     """List the noun phrases of a goal with words for objects."""
-    return [
-        " ".join(_plain(phrase)) for part in parts for key in ("objects", "reference", "around")
-        if isinstance(part.get(key), (list, tuple)) for phrase in part[key]
-    ]  # fmt: skip
+    return [phrase for phrases in _phrase_lists(parts) for phrase in phrases]
+
+
+def _phrase_lists(parts: Iterable[Mapping[str, Any]]) -> Iterator[list[str]]:
+    """Return the noun phrases that stand together in a part."""
+    for part in parts:
+        for key in ("objects", "reference", "around"):
+            if isinstance(part.get(key), (list, tuple)):
+                yield [" ".join(_plain(phrase)) for phrase in part[key]]
 
 
 def _plain(said: str) -> list[str]:
@@ -142,17 +149,10 @@ def _shapes(
     unread: bool,
 ) -> str:
     held = Counter(part.get("shape") for part in structures)
-    named = Counter(c.value.name for c in chunks if c.kind == "shape" and not c.value.definite)
-    named.update("table setting" for c in chunks if c.kind == "table setting")
-    for shape, count in named.items():
-        if held[shape] < min(count, 1) and not (shape == "line" and held["grid"]):
+    for shape in named_shapes(chunks):
+        if not held[shape] and not (shape == "line" and held["grid"]):
             return f"leaves out the {shape}"
-    implied = {c.value.name for c in chunks if c.kind == "shape"}
-    for chunk in chunks:
-        implied.update(_CHUNK_SHAPES.get(chunk.kind, ()))
-        implied.update(_VERB_SHAPES.get(chunk.value, ()) if chunk.kind == "verb" else ())
-        implied.update(("circle", "arc") if chunk.kind == "relation" and chunk.value == "around" else ())
-        implied.update(("table setting",) if chunk.kind == "table setting" else ())
+    implied = implied_shapes(chunks)
     for shape in held:
         if shape is not None and shape not in implied and not unread:
             return f"has a {shape} that nobody asked for"
@@ -173,7 +173,7 @@ def _relations(
     relations: Sequence[Mapping[str, Any]],
     unread: bool,
 ) -> str:
-    said = Counter(c.value for c in chunks if c.kind in ("relation", "relation it", "apart"))
+    said = said_relations(chunks)
     said["moved"] = sum(chunk.kind == "move" for chunk in chunks)
     held = Counter(part["relation"] for part in relations)
     held["around"] += sum(part.get("around") is not None for part in structures)
@@ -191,7 +191,7 @@ def _relations(
     for relation, count in held.items():
         if relation in ("at", "swapped") or unread:
             continue
-        of_side = relation in _SIDES and _SIDES[relation][1] in sides
+        of_side = relation in SIDES and SIDES[relation][1] in sides
         beside = relation == "next to" and any(chunk.kind == "beside each other" for chunk in chunks)
         on_top = relation == "on" and any(chunk.kind == "verb" and chunk.value == "stack" for chunk in chunks)
         inner = relation == "around" and any(chunk.kind in ("inner", "verb") for chunk in chunks)
@@ -206,6 +206,8 @@ def _references(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> 
     seen: list[tuple[Any, ...]] = []
     for part in relations:
         objects, reference = part.get("objects"), part.get("reference")
+        if part["relation"] == "at" and isinstance(objects, Mapping):
+            return "gives a structure its place apart from its other keys"
         if isinstance(objects, Mapping) and isinstance(reference, Mapping) and objects["part"] <= reference["part"]:
             return f"has {part['relation']!r} the other way round"
         if (same := (part["relation"], str(objects), str(reference))) in seen:
@@ -215,7 +217,7 @@ def _references(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]]) -> 
     for chunk, after in zip(spoken, spoken[1:], strict=False):
         if (
             chunk.kind not in ("relation", "apart")
-            or chunk.value not in (*_SIDES, "next to", "on", "in")
+            or chunk.value not in (*SIDES, "next to", "on", "in")
             or after.kind != "noun phrase"
         ):
             continue
@@ -237,14 +239,8 @@ def _reference_words(part: Mapping[str, Any], parts: Sequence[Mapping[str, Any]]
 
 def _places(chunks: Sequence[Chunk], parts: Sequence[Mapping[str, Any]], unread: bool) -> str:
     held = {(key, part[key]) for part in parts for key in ("x_position", "y_position") if part.get(key) is not None}
-    spots = [chunk for chunk in chunks if chunk.kind == "place"]
-    said = {
-        (key, value)
-        for c in spots
-        for key in ("x_position", "y_position")
-        if (value := getattr(c.value, key)) is not None
-    }
-    relations = {_SIDES[part["relation"]] for part in parts if part.get("relation") in _SIDES}
+    said = said_places(chunks)
+    relations = {SIDES[part["relation"]] for part in parts if part.get("relation") in SIDES}
     edges = {part["along"] for part in parts if part.get("along") is not None}
     for key, value in sorted(said - held - relations):
         if {"left": "left", "right": "right", "top": "far", "bottom": "near"}.get(value) not in edges:
@@ -260,20 +256,7 @@ def _keys(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], unre
     def held(key: str) -> set[Any]:
         return {part[key] for part in structures if part.get(key) is not None}
 
-    shapes = [chunk.value for chunk in chunks if chunk.kind == "shape"]
-    said: dict[str, set[Any]] = {
-        "size": {c.value for c in chunks if c.kind == "size"} | {shape.size for shape in shapes if shape.size},
-        "rotation": {c.value for c in chunks if c.kind == "rotation"}
-        | {shape.rotation for shape in shapes if shape.rotation},
-        "along": {chunk.value for chunk in chunks if chunk.kind == "along"},
-        "group_by": {chunk.value for chunk in chunks if chunk.kind == "group"},
-        "rows": {c.value[0] for c in chunks if c.kind == "grid"}
-        | {c.value for c in chunks if c.kind == "rows" and c.value > 1},
-        "columns": {c.value[1] for c in chunks if c.kind == "grid"}
-        | {c.value for c in chunks if c.kind == "columns" and c.value > 1},
-    }  # fmt: skip
-    said["rows"] |= {shape.grid[0] for shape in shapes if shape.grid[0]}
-    said["columns"] |= {shape.grid[1] for shape in shapes if shape.grid[1]}
+    said = said_keys(chunks)
     spread = any(chunk.kind == "verb" and chunk.value == "spread" for chunk in chunks)
     for key, values in said.items():
         here = held(key)
@@ -289,7 +272,7 @@ def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], un
     orders = [part["order"] for part in structures if part.get("order") is not None]
     if said and not orders:
         return "leaves out the order"
-    keys = {value["by"] for value in said if "by" in value}
+    keys = said_order_keys(chunks)
     for order in orders:
         if order["by"] == "listed" or unread:
             continue
@@ -298,7 +281,8 @@ def _orders(chunks: Sequence[Chunk], structures: Sequence[Mapping[str, Any]], un
     ways = {value["direction"] for value in said if value.get("direction") and value.get("from") is None}
     if len(ways) == 1 and len(orders) == 1 and orders[0].get("from") is None and orders[0].get("direction") not in ways:
         return "has another direction of the order"
-    return _order_ends(said, orders)
+    directions = {chunk.value for chunk in chunks if chunk.kind == "direction"}
+    return _order_ends([*said, *({"from": start, "direction": way} for start in directions for way in ways)], orders)
 
 
 def _order_ends(said: Sequence[Mapping[str, Any]], orders: Sequence[Mapping[str, Any]]) -> str:

@@ -30,16 +30,25 @@ class Said:
         words: in small letters; `None` where punctuation stands.
         lengths: the text's lengths with their units, in its own words.
         counts: whole numbers of the text.
+        naming: for each word whether objects may be named with it; empty for all.
+        unasked: pieces that the line must not have.
     """
 
     words: tuple[str | None, ...]
     lengths: tuple[str, ...] = ()
     counts: tuple[int, ...] = ()
+    naming: tuple[bool, ...] = ()
+    unasked: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, text: str, lengths: Sequence[str] = (), counts: Sequence[int] = ()) -> Said:
         """Divide a text into words; numbers and their units are parted, as the lengths must be."""
         return cls(tuple(w if w[0].isalnum() else None for w in words_of(text)), tuple(lengths), tuple(counts))
+
+    def names(self, place: int) -> bool:
+        """Return whether there is a word at a place with which objects may be named."""
+        there = place < len(self.words) and self.words[place] is not None
+        return there and (not self.naming or self.naming[place])
 
     @property
     def text(self) -> str:
@@ -99,21 +108,21 @@ def _objects(
     while True:
         special = {f" structure {k + 1}": {"part": k} for k in range(structures)} if not phrases else {}
         special |= {EVERYTHING: None} if everything and not phrases else {}
-        starts = [f" {word}" for word in dict.fromkeys(filter(None, said.words))]
+        starts = [f" {word}" for word in dict.fromkeys(w for p, w in enumerate(said.words) if said.names(p))]
         piece = yield [*special, *(word for word in starts if word not in special)]
         if piece in special:
             return special[piece], (yield list(ends))
         phrase = [piece[1:]]
-        places = [place for place, word in enumerate(said.words) if word == phrase[0]]
+        places = [place for place, word in enumerate(said.words) if word == phrase[0] and said.names(place)]
         while True:
-            follow = {word for p in places if p + 1 < len(said.words) and (word := said.words[p + 1]) is not None}
+            follow = {said.words[p + 1] or "" for p in places if said.names(p + 1)}
             more = [f" {word}" for word in sorted(follow)] if len(phrase) < MOST_WORDS else []
             joined = [" +"] if len(phrases) + 1 < most else []
             piece = yield [*ends, *joined, *more]
             if piece not in more:
                 break
             phrase.append(piece[1:])
-            places = [p + 1 for p in places if p + 1 < len(said.words) and said.words[p + 1] == phrase[-1]]
+            places = [p + 1 for p in places if said.names(p + 1) and said.words[p + 1] == phrase[-1]]
         phrases.append(" ".join(phrase))
         if piece in ends:
             return list(dict.fromkeys(phrases)), piece

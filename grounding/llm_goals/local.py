@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from grounding.goal_reading.tokens import split
 from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.parts import MAX_ROWS
 from grounding.llm_goals.checks import mismatch
-from grounding.llm_goals.lines import Said, goal_line
+from grounding.llm_goals.limits import limited
+from grounding.llm_goals.lines import Said, goal_line, parts_of
+from grounding.parsers.llm_cache import AnswerCache
 from grounding.parsers.llm_local import INSTRUCTION, LocalLLM
 from grounding.parsers.llm_reply import quotable
 from prompts import load_prompt
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 GOAL_ADAPTER = Path(__file__).parents[1] / "weights" / "llm_goal_adapter.safetensors"
 PROMPT = "parse_goal_lines"
 MOST_PIECES = 160  # of a line; more is a model that goes round in circles
+NO_MORE = ""  # in place of a line that could follow
 RETRIES = 3  # other lines that are tried where the likeliest says something else than the instruction
 _STOP = -1  # the decision to end a piece that begins other pieces
 
@@ -101,7 +105,8 @@ class LocalGoals:
         decisions: list[Decision] = []
         legal = next(steps)
         for _ in range(MOST_PIECES):
-            piece = self._choose(continuation, legal, forced, decisions)
+            asked = [piece for piece in legal if piece not in said.unasked] or legal
+            piece = self._choose(continuation, asked, forced, decisions)
             line += piece
             try:
                 legal = steps.send(piece)
@@ -163,13 +168,19 @@ class LocalGoalWriter:
 
     Args:
         goals: the model.
+        replies: a file in which its lines are kept, and found again; `None` keeps none.
+
+    Raises:
+        LLMError: for a file that cannot be read.
     """
 
     knows_words = False
 
-    def __init__(self, goals: LocalGoals) -> None:
+    def __init__(self, goals: LocalGoals, replies: str | Path | None = None) -> None:
         self.goals = goals
         self.identity = goals.identity
+        self._cache = None if replies is None else LineCache(replies)
+        self._prompt_sha256 = hashlib.sha256(goals.prompt.encode()).hexdigest()
 
     def parts(self, text: str, chunks: Sequence[Chunk]) -> list[dict[str, Any]] | str:
         """Write the parts of a goal; lengths are read by the grammar of lengths.
@@ -182,8 +193,8 @@ class LocalGoalWriter:
         mended = quotable(self.goals.mended(text))
         lengths = said_lengths(mended)
         first: list[dict[str, Any]] | str | None = None
-        for written in self.goals.lines(Said.of(mended, tuple(lengths), said_counts(mended))):
-            parts = written.parts
+        said = Said.of(mended, tuple(lengths), said_counts(mended))
+        for parts in self._answers(limited(said, chunks)):
             if isinstance(parts, list):
                 parts = [_in_metres(part, lengths) for part in parts]
                 if not mismatch(chunks, parts):
@@ -194,6 +205,46 @@ class LocalGoalWriter:
         if first is None:
             raise UnusableGoalError("has no end")
         return first
+
+    def _answers(self, said: Said) -> Iterator[list[dict[str, Any]] | str | None]:
+        """Return the parts of the most likely line and of others, as `LocalGoals.lines`; kept ones cost nothing."""
+        limits = hashlib.sha256(repr((said.naming, sorted(said.unasked))).encode())
+        key = self.identity, f"{self._prompt_sha256} {limits.hexdigest()}", said.text
+        kept = (self._cache and self._cache.get(*key)) or []
+        yield from (_parts_of(line, said) for line in kept if line != NO_MORE)
+        if NO_MORE in kept:
+            return
+        for number, written in enumerate(self.goals.lines(said)):
+            if number >= len(kept):
+                kept = [*kept, written.line]
+                if self._cache is not None:
+                    self._cache.put(*key, kept)
+                yield written.parts
+        if self._cache is not None:
+            self._cache.put(*key, [*kept, NO_MORE])
+
+
+class LineCache(AnswerCache["list[str]"]):
+    """Lines of a language model about goals: for each instruction those that it wrote, `NO_MORE` after the last one.
+
+    Args:
+        path: as for `AnswerCache`.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(path, "lines", _are_lines)
+
+
+def _are_lines(answer: object) -> bool:
+    return isinstance(answer, list) and bool(answer) and all(isinstance(line, str) for line in answer)
+
+
+def _parts_of(line: str, said: Said) -> list[dict[str, Any]] | str | None:
+    """Read a kept line; `None` for one without an end, or of another grammar of lines."""
+    try:
+        return parts_of(line, said)
+    except ValueError:
+        return None
 
 
 def said_lengths(text: str) -> dict[str, float]:

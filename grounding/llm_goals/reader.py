@@ -1,4 +1,5 @@
-"""Parse instructions into goals with a language model, with the grammar's reader as a fallback for wrong answers."""
+"""Parse instructions into goals with a language model, whose answers are checked; wrong ones are left to another reader.
+"""
 
 from __future__ import annotations
 
@@ -50,11 +51,12 @@ class LLMGoalReader:
     """A reader of goals that asks a language model and checks its answers.
 
     Instructions of one plain structure stay with the parser of the five slots. A goal that is not legal, leaves
-    something out or adds something is replaced by that of the grammar's reader, and `GoalReading.fallback` says why.
+    something out or adds something is replaced by that of the grammar's reader, and `GoalReading.fallback` says why:
+    the interpreter then lets the default parser read the whole instruction.
 
     Args:
         writer: makes the language model.
-        grammar: the fallback reader.
+        grammar: the reader whose chunks the answers are compared with.
         encoder: finds what unknown nouns mean; `None` does without.
         opposite: whether the speaker sits across the table.
     """
@@ -78,15 +80,21 @@ class LLMGoalReader:
         """Read an instruction; see `GoalReader.read`."""
         known = self._grammar.read(text, objects, catalogue)
         refused = bool(known.problem) and not known.residue
-        if not known.beyond or known.question is not None or refused:
-            return known  # doubts are the user's to settle, and what was understood and cannot be built stays refused
+        if not known.beyond:
+            return known
+        if known.question is not None or refused:
+            # Doubts are the user's to settle, and what was understood and cannot be built is no question for a model.
+            finds = "has a question" if known.question is not None else "knows why it cannot be built"
+            return replace(known, fallback=f"the language model was not asked for a goal, because the grammar {finds}")
         try:
             return self._read(text, objects, catalogue, known)
         except (UnusableGoalError, LLMError) as error:
             problem = str(error) if isinstance(error, LLMError) else f"the language model's goal {error}"
-            return replace(known, fallback=f"{problem}; the grammar's reader read this")
+            return replace(known, fallback=problem)
         except ReadingQuestion as doubt:
-            return GoalReading(question=doubt.question, beyond=True)
+            if known.complete:
+                return replace(known, fallback="the language model's goal has a question where the grammar has none")
+            return GoalReading(question=doubt.question, beyond=True, by_model=True)
 
     def _read(
         self, text: str, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, known: GoalReading
@@ -103,7 +111,7 @@ class LLMGoalReader:
         if isinstance(parts, str):
             if known.complete:
                 raise UnusableGoalError(f"is {parts!r}, where every word is understood")
-            return replace(known, fallback=f"the language model's answer is {parts!r}; the grammar's reader read this")
+            return replace(known, fallback=f"the language model's answer is {parts!r}")
         if problem := mismatch(chunks, parts):
             raise UnusableGoalError(problem)
         find = SceneReferences(there, self._encoder, catalogue, self._opposite)
@@ -113,7 +121,7 @@ class LLMGoalReader:
         notes = [f"the language model alone understood {shortened(words)!r}" for words in dict.fromkeys(unread)]
         return GoalReading(
             goal, beyond=True, verbs=known.verbs, nouns=tuple(dict.fromkeys(find.nouns)), described=find.described,
-            notes=tuple(dict.fromkeys((*find.notes, *notes))),
+            notes=tuple(dict.fromkeys((*find.notes, *notes))), by_model=True,
         )  # fmt: skip
 
     @property

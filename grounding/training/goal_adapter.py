@@ -1,14 +1,17 @@
 """Train the adapter with which the local language model writes goals of several parts (`grounding.llm_goals`).
 
 It starts from the adapter of the five slots. Low-rank weights of the upper layers are trained further, which costs two
-thirds of a step of all layers; the prompt is read by the bare model. A text's loss is that of the line's tokens.
+thirds of a step of all layers; the prompt is read by the bare model. A text's loss is that of the line's tokens. Most
+texts are the labelled instructions of `language/goal_lines.tsv`, the others are drawn; labelled instructions that the
+goal network is never trained on are not trained on here either, and the loss on some of them is reported.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +23,15 @@ from grounding.llm_goals.lines import Said, pieces_of
 from grounding.llm_goals.local import GOAL_ADAPTER, PROMPT
 from grounding.parsers.llm_local import ADAPTER, INSTRUCTION
 from grounding.parsers.llm_reply import ANSWERS
-from grounding.training.goal_sentences import GoalSentence, GoalSentences
+from grounding.training.adapter_sentences import adapter_sentences, mixed_sentences
+from grounding.training.goal_sentences import GoalSentence
 from grounding.training.llm_adapter import AdapterTraining, Trainer
 from prompts import load_prompt
 
 BATCH, BUCKET = 16, 16
 FROZEN_LAYERS = 10
 MOST_TOKENS = 100  # of an instruction with its line: longer ones are not trained
+HELD_OUT = 4  # batches of labelled instructions on which the loss is reported
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,7 @@ def train(options: GoalTraining, report: Callable[[str], None] = lambda line: No
         optimiser, options.rate, total_steps=options.steps + 1, pct_start=0.05, cycle_momentum=False
     )
     started, recent = time.perf_counter(), []
+    unseen = trainer.held_out_batches()
     for step, batch in zip(range(1, options.steps + 1), trainer.batches(options.seed), strict=False):
         loss = trainer.line_loss(batch)
         optimiser.zero_grad()
@@ -76,6 +82,9 @@ def train(options: GoalTraining, report: Callable[[str], None] = lambda line: No
         if step % 50 == 0 or step == options.steps:
             about = {"steps": step, "of": options.steps, "seed": options.seed}
             trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), 0.0, about)
+            with torch.no_grad():
+                held = np.mean([trainer.line_loss(each).item() for each in unseen])
+            report(f"step {step} of {options.steps}, loss on unseen instructions {held:.4f}")
 
 
 class GoalTrainer(Trainer):
@@ -90,16 +99,21 @@ class GoalTrainer(Trainer):
     def batches(self, seed: int) -> Iterator[list[tuple[list[int], int]]]:
         """Draw batches of (tokens, number of tokens of the instruction), of like length."""
         rng = np.random.default_rng(seed)
-        drawn = GoalSentences(rng)
+        entries = self._short(mixed_sentences(rng))
         while True:
-            chunk = []
-            while len(chunk) < BATCH * BUCKET:
-                entry = self.tokens(drawn.draw())
-                if len(entry[0]) <= MOST_TOKENS:
-                    chunk.append(entry)
-            chunk.sort(key=lambda entry: len(entry[0]))
+            chunk = sorted(islice(entries, BATCH * BUCKET), key=lambda entry: len(entry[0]))
             for k in rng.permutation(BUCKET):
                 yield chunk[k * BATCH : (k + 1) * BATCH]
+
+    def held_out_batches(self) -> list[list[tuple[list[int], int]]]:
+        """Return batches of labelled instructions that are never trained on."""
+        rows = adapter_sentences(seen=False)
+        entries = list(self._short(rows[:: max(1, len(rows) // (BATCH * HELD_OUT))]))
+        return [entries[k : k + BATCH] for k in range(0, len(entries), BATCH)]
+
+    def _short(self, sentences: Iterable[GoalSentence]) -> Iterator[tuple[list[int], int]]:
+        """Return the tokens of those sentences that are not too long."""
+        return (entry for entry in map(self.tokens, sentences) if len(entry[0]) <= MOST_TOKENS)
 
     def tokens(self, sentence: GoalSentence) -> tuple[list[int], int]:
         """Return the tokens of an instruction and its line, and how many are the instruction's."""

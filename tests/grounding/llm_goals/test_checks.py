@@ -110,3 +110,36 @@ def test_a_goal_that_says_what_was_said_has_no_mismatch(text, parts):
 )  # fmt: skip
 def test_what_is_left_out_or_added_is_named(text, parts, what):
     assert what in mismatch(chunks(text), parts)
+
+
+def test_an_order_from_one_side_to_the_other_begins_where_it_is_said():
+    text = "line everything up from the shortest to the tallest, left to right"
+    line = {"kind": "structure", "shape": "line", "objects": ["everything"]}
+    rising = line | {"order": {"by": "height", "direction": "ascending", "from": "left"}}
+    assert not mismatch(chunks(text), [rising])
+    same = line | {"order": {"by": "height", "direction": "descending", "from": "right"}}
+    assert not mismatch(chunks(text), [same])
+    for start, way in (("left", "descending"), ("right", "ascending"), (None, "ascending")):
+        other = line | {"order": {"by": "height", "direction": way, "from": start}}
+        assert "another order" in mismatch(chunks(text), [other]), (start, way)
+
+
+def test_a_structure_has_its_place_itself():
+    text = "put the cups in a circle at the back"
+    circle = {"kind": "structure", "shape": "circle", "objects": ["the cups"]}
+    assert not mismatch(chunks(text), [circle | {"y_position": "top"}])
+    apart = {"kind": "relation", "relation": "at", "objects": {"part": 0}, "y_position": "top"}
+    assert "apart from its other keys" in mismatch(chunks(text), [circle, apart])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "make a triangle with the other things, except the cup",
+        "make a triangle with everything, but not with the cup",
+        "make a triangle with everything and leave the cup alone",
+    ],
+)
+def test_what_is_excepted_is_not_in_everything(text):
+    triangle = structure("triangle", None)
+    assert "may move" in mismatch(chunks(text), [triangle])

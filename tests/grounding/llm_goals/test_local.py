@@ -1,5 +1,7 @@
 """The local language model writes goals: legal ones for any text, and right ones for plain wishes."""
 
+import json
+
 import pytest
 import torch
 
@@ -10,6 +12,7 @@ from grounding.goals.goal import Goal
 from grounding.llm_goals.lines import NO_GOAL, Said, parts_of
 from grounding.llm_goals.local import (
     GOAL_ADAPTER,
+    NO_MORE,
     RETRIES,
     LocalGoals,
     LocalGoalWriter,
@@ -19,6 +22,8 @@ from grounding.llm_goals.local import (
 from grounding.llm_goals.reader import LLMGoalReader
 from grounding.parsers.llm_local import INSTRUCTION
 from grounding.parsers.llm_reply import LLMError
+from grounding.references.phrases import Vocabulary
+from grounding.references.word_forms import FORMS
 
 pytestmark = pytest.mark.usefixtures("cache_with_model")
 
@@ -129,6 +134,28 @@ def test_the_reader_uses_its_goal_in_metres(goals):
             {"kind": "relation", "relation": "swapped", "objects": ["fork", "spoon"]},
         ]}
     )  # fmt: skip
+
+
+def test_lines_are_kept_and_found_again(goals, tmp_path, monkeypatch):
+    text = "move the red mug 10 cm to the left and swap the fork and the spoon"
+    chunks = GoalReader().chunks(text, Vocabulary(FORMS))
+    replies = tmp_path / "replies.jsonl"
+    expected = LocalGoalWriter(goals, replies).parts(text, chunks)
+    entry = json.loads(replies.read_text())
+    assert entry["lines"] == [written(goals, text).line] and entry["model"] == goals.identity
+    monkeypatch.setattr(goals, "lines", None)  # a second writer asks no model
+    assert LocalGoalWriter(goals, replies).parts(text, chunks) == expected
+
+
+def test_all_lines_are_kept_where_none_passes_the_checks(goals, tmp_path, monkeypatch):
+    text = "put the mug next to the bowl"
+    other = GoalReader().chunks("put the fork next to the plate", Vocabulary(FORMS))
+    replies = tmp_path / "replies.jsonl"
+    expected = LocalGoalWriter(goals, replies).parts(text, other)
+    lines = [json.loads(line)["lines"] for line in replies.read_text().splitlines()]
+    assert lines[-1][-1] == NO_MORE and len(lines[-1]) == len(lines) <= RETRIES + 2
+    monkeypatch.setattr(goals, "lines", None)
+    assert LocalGoalWriter(goals, replies).parts(text, other) == expected
 
 
 def test_a_missing_adapter_is_an_error_that_names_it(tmp_path):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from grounding.goal_network.writer import NetworkWriter
 from grounding.goal_reading.reader import GoalReader
 from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.goal import Goal
@@ -53,7 +54,7 @@ def reader(writer):
 
 def test_words_become_the_objects_of_the_scene():
     reading = reader(Saying(PARTS)).read(SPOKEN, TABLE)
-    assert reading.complete and not reading.fallback
+    assert reading.complete and reading.by_model and not reading.fallback
     tower, relation = reading.goal.parts
     assert (tower.shape, tower.objects, tower.x_position) == ("tower", (0, 1, 2), "left")
     assert (relation.relation, relation.objects, relation.reference, relation.distance) == ("behind", (5,), (3,), 0.05)
@@ -99,7 +100,7 @@ def test_what_is_not_right_is_read_by_the_grammar_which_says_so(answer, why):
     reading = reader(Saying(answer)).read(SPOKEN, TABLE)
     expected = GoalReader().read(SPOKEN, TABLE)
     assert reading.goal == expected.goal and len(reading.goal.parts) == 2
-    assert why in reading.fallback and reading.fallback.endswith("the grammar's reader read this")
+    assert why in reading.fallback and not reading.by_model
 
 
 def test_a_model_that_cannot_be_used_is_not_asked_again():
@@ -135,6 +136,7 @@ def test_what_the_objects_cannot_form_stays_refused():
     model = Saying([{"kind": "structure", "shape": "circle", "objects": ["the cups"], "radius": 0.1}])
     reading = reader(model).read("put the cups in a circle of radius 10 cm", TABLE)
     assert not reading.complete and reading.problem and model.asked == []
+    assert reading.fallback.endswith("was not asked for a goal, because the grammar knows why it cannot be built")
 
 
 def test_contradictions_are_refused():
@@ -214,9 +216,11 @@ def test_an_interpretation_has_the_models_goal_and_its_fallback():
     interpreter = Interpreter(FiveSlots, goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS), grammar))
     found = interpreter.interpret(SPOKEN, TABLE)
     assert found.status == "ok" and found.goal.parts[0].objects == (0, 1, 2) and found.fallback == ""
+    assert found.by_model
     interpreter = Interpreter(FiveSlots, goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS[:1]), grammar))
     found = interpreter.interpret(SPOKEN, TABLE)
     assert found.status == "ok" and len(found.goal.parts) == 2 and "leaves out" in found.fallback
+    assert found.fallback.endswith("; the grammar's reader read this") and not found.by_model
     assert found.to_dict()["fallback"] == found.fallback
 
 
@@ -229,3 +233,86 @@ def test_the_opposite_viewpoint_turns_the_goal():
     found = made.interpret(SPOKEN, TABLE)
     assert found.goal.parts[0].x_position == "right" and found.goal.parts[1].relation == "in front of"
     assert isinstance(found.goal, Goal)
+
+
+@pytest.fixture(scope="module")
+def default(parser, encoder):
+    return Interpreter(lambda: parser, encoder=encoder, network=lambda: NetworkWriter.from_pretrained(encoder))
+
+
+def with_model(default, encoder, *answers):
+    """Make an interpreter whose language model gives these answers, with the default parser for the rest."""
+    network = lambda: NetworkWriter.from_pretrained(encoder)  # noqa: E731
+    reading = lambda grammar: LLMGoalReader(lambda: Saying(*answers), grammar)  # noqa: E731
+    return Interpreter(FiveSlots, encoder=encoder, goal_reader=reading, network=network, default=default)
+
+
+SPOKEN_FREELY = "wud ya kindly plonk the cans in a pile by the left edge, and the bowl goes behind the red cup, guv"
+FEW_WORDS = "put the bowl zorp behind the red cup and stack the cans on the left"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        FEW_WORDS,
+        SPOKEN_FREELY,
+        "put the cup behind the bowl and stack the cans",
+        "stack the cans and pour the water into the bowl",
+        "stack the cans and put the bowl at the edge",
+    ],
+)
+@pytest.mark.parametrize("objects", [None, TABLE])
+def test_what_the_model_does_not_read_is_read_exactly_as_by_the_default_parser(default, encoder, text, objects):
+    found = with_model(default, encoder, PARTS).interpret(text, objects)
+    expected = default.interpret(text, objects)
+    assert (found.status, found.goal, found.question) == (expected.status, expected.goal, expected.question)
+    assert found.message == expected.message and found.parse == expected.parse
+    assert found.fallback.startswith("the language model") and found.fallback.endswith("; the embedding parser read this")
+
+
+def test_the_network_reads_what_the_grammar_alone_cannot(default, encoder):
+    grammar = Interpreter(
+        FiveSlots, encoder=encoder, goal_reader=lambda grammar: LLMGoalReader(lambda: Saying(PARTS), grammar)
+    ).interpret(FEW_WORDS, TABLE)
+    assert grammar.status == "refused" and grammar.fallback.endswith("; the grammar's reader read this")
+    found = with_model(default, encoder, PARTS).interpret(FEW_WORDS, TABLE)
+    assert found.status == "ok" and [part.objects for part in found.goal.parts] == [(5,), (0, 1, 2)]
+    assert "the words 'zorp' are unknown" in found.fallback and "read without knowing 'zorp'" in found.message
+    strict = with_model(default, encoder, PARTS).interpret(FEW_WORDS, TABLE, strictly=True)
+    assert strict.status == "refused"
+
+
+def test_a_scene_that_is_known_later_is_read_by_the_model_again(default, encoder):
+    known = with_model(default, encoder, PARTS[:1], PARTS).interpret(SPOKEN)
+    assert not known.by_model and "leaves out" in known.fallback  # the answer without a scene is kept
+    found = known.among(TABLE)
+    assert found.fallback == known.fallback and len(found.goal.parts) == 2
+    found = with_model(default, encoder, PARTS).interpret(SPOKEN).among(TABLE)
+    assert found.by_model and not found.fallback and found.parse.parser == "llm"
+
+
+def test_a_models_doubt_about_objects_that_the_grammar_finds_is_no_question(default, encoder):
+    doubtful = [PARTS[0], PARTS[1] | {"objects": ["the cup"]}]
+    text = "stack the cans on the left and put the bowl 5 cm behind the red cup"
+    found = with_model(default, encoder, doubtful).interpret(text, TABLE)
+    assert found.status == "ok" and found.goal == default.interpret(text, TABLE).goal
+
+
+def test_the_network_reads_plain_wishes_that_the_five_slots_refuse(default, encoder):
+    text = "wud ya kindly plonk the cans in a triangle, guv"
+    found = with_model(default, encoder, PARTS).interpret(text, TABLE)
+    assert found.status == "ok" and found.goal.parts[0].shape == "triangle"
+    assert found.fallback.endswith("read this") and not found.by_model
+
+
+def test_a_network_that_is_certain_of_another_goal_counts_as_it_does_against_the_grammar(default, encoder):
+    text = "put the bowl between the red cup and the blue cup, and stack the cans"
+    names = {"objects": ["the red cup"], "reference": ["the bowl", "the blue cup"]}
+    between = {"kind": "relation", "relation": "between"} | names
+    tower = {"kind": "structure", "shape": "tower", "objects": ["the cans"]}
+    assert reader(Saying([between, tower])).read(text, TABLE).by_model  # the checks do not see it
+    found = with_model(default, encoder, [between, tower]).interpret(text, TABLE)
+    assert found.goal == default.interpret(text, TABLE).goal and not found.by_model
+    assert found.fallback == (
+        "the language model's goal is not used, because the network is certain of another one; the goal network read this"
+    )
