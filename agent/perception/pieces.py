@@ -118,6 +118,14 @@ class Pieces:
         counts = [int(array.max(initial=-1)) + 2 for array in self._proposals[:3]]
         self._counts = [*counts, len(self._masks.certainty) + 1]
         self.of_voxel = _common(self._proposals, surface.positions)
+        # Where single objects have several colours, another colour is no other object.
+        seen = self._masks.of_voxel
+        own = [np.flatnonzero(seen == k) for k in range(len(self._masks.certainty))]
+        plain = [self._color(voxels)[2] for voxels in own if len(voxels) >= _LEAST]
+        self._scene = {
+            "plain objects": float(np.mean(plain)) if plain else 0.0,
+            "plain object in the middle": float(np.median(plain)) if plain else 0.0,
+        }
 
     def contacts(self) -> dict[tuple[int, int], np.ndarray]:
         """Return the pairs (C, 2) of neighbouring voxels of every two pieces (first, second) that meet."""
@@ -142,11 +150,6 @@ class Pieces:
         positions, votes = self.surface.positions[own], self._masks.votes[own]
         outline = shapely.multipoints(positions[:, :2]).convex_hull.buffer(0.002)
         corners = np.array(outline.minimum_rotated_rectangle.exterior.coords)
-        shade, light, plain = np.zeros(3), 0.0, 0.0
-        if self._shades is not None and self.surface.lab is not None:
-            shade = np.median(self._shades[own], axis=0)
-            light = float(np.median(self.surface.lab[own, 0]))
-            plain = float((np.linalg.norm(self._shades[own] - shade, axis=1) < _PLAIN).mean())
         shares = [
             np.bincount(array[own] % count, minlength=count) / len(own)  # -1 is the last one
             for array, count in zip(self._proposals, self._counts, strict=True)
@@ -154,10 +157,20 @@ class Pieces:
         return Piece(
             own, positions[:: max(1, len(own) // _SAMPLE)], np.percentile(positions[:, 2], (5, 50, 95)),
             np.sort(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1)), outline,
-            self.surface.normals[own].mean(axis=0), shade, light, plain, *shares,
+            self.surface.normals[own].mean(axis=0), *self._color(own), *shares,
             self._masks.places[own].mean(axis=0), votes.mean(axis=0),
             float(np.sqrt(votes.var(axis=0).sum())), float(self._masks.share[own].mean()),
         )  # fmt: skip
+
+    def _color(self, own: np.ndarray) -> tuple[np.ndarray, float, float]:
+        """Return the colour (3,) of some voxels (K,), their lightness, and the share of them in that colour; 0 where no
+        colours are known.
+        """
+        if self._shades is None or self.surface.lab is None:
+            return np.zeros(3), 0.0, 0.0
+        shade = np.median(self._shades[own], axis=0)
+        plain = float((np.linalg.norm(self._shades[own] - shade, axis=1) < _PLAIN).mean())
+        return shade, float(np.median(self.surface.lab[own, 0])), plain
 
     def may_be_one(self, one: Piece, other: Piece, contacts: int) -> bool:
         """Return whether two pieces could be of one object: they meet, or are near and a proposal says so."""
@@ -193,6 +206,7 @@ class Pieces:
             "upward normal of the smaller": float(one.facing[2]),
             "upward normal of the larger": float(other.facing[2]),
             **self._of_border(one, contacts),
+            **self._scene,
         }
 
     def _of_masks(self, one: Piece, other: Piece) -> dict[str, float]:
