@@ -57,7 +57,7 @@ def _of_voxels(of_point: np.ndarray, voxels: Voxels, count: int) -> np.ndarray:
 
 
 def _filled(mask: np.ndarray, connected: np.ndarray, voxels: Voxels) -> np.ndarray:
-    """Give voxels without a mask that of a near voxel of the same connected part."""
+    """Give voxels of connected parts that have no mask that of a near voxel, and those of no part none."""
     mask = np.where(connected < 0, -1, mask)
     known = mask >= 0
     free = ~known & (connected >= 0)

@@ -9,8 +9,10 @@ import numpy as np
 from agent.perception.pieces import Piece, Pieces, Proposals, Surface
 
 _ONE = 0.5  # probability from which on two pieces are one object
+_SURE = 0.98  # from which on pairs are merged at once, without another look at what they have become
 # Returns how likely (N,) pairs of pieces are of one object by their features.
 Judge = Callable[[Sequence[Mapping[str, float]]], np.ndarray]
+Pair = tuple[int, int]
 
 
 def merged(surface: Surface, proposals: Proposals, judge: Judge) -> np.ndarray:
@@ -24,16 +26,25 @@ def merged(surface: Surface, proposals: Proposals, judge: Judge) -> np.ndarray:
     graph = PieceGraph(Pieces(surface, proposals))
     likely = _judged(graph, list(graph.pairs), judge)
     while likely:
-        pair = max(likely, key=likely.__getitem__)
-        if likely[pair] < _ONE:
+        best = max(likely, key=likely.__getitem__)
+        if likely[best] < _ONE:
             break
-        changed = graph.merge(*pair)
-        likely = {key: value for key, value in likely.items() if not set(key) & set(pair)}
-        likely |= _judged(graph, changed, judge)
+        sure = [pair for pair, share in likely.items() if share >= _SURE] or [best]
+        became: dict[int, int] = {}
+        for one, other in sure:
+            while one in became:
+                one = became[one]
+            while other in became:
+                other = became[other]
+            if one != other:
+                graph.merge(one, other)
+                became[other] = one
+        changed = graph.refresh()
+        likely = {pair: likely[pair] for pair in graph.pairs if pair in likely} | _judged(graph, changed, judge)
     return graph.of_voxel
 
 
-def _judged(graph: PieceGraph, pairs: list[tuple[int, int]], judge: Judge) -> dict[tuple[int, int], float]:
+def _judged(graph: PieceGraph, pairs: list[Pair], judge: Judge) -> dict[Pair, float]:
     if not pairs:
         return {}
     return dict(zip(pairs, judge([graph.features(pair) for pair in pairs]).tolist(), strict=True))
@@ -54,29 +65,37 @@ class PieceGraph:
 
     def __init__(self, pieces: Pieces) -> None:
         self._all, self.of_voxel = pieces, pieces.of_voxel.copy()
-        numbers = np.unique(self.of_voxel[self.of_voxel >= 0]).tolist()
-        self.pieces: dict[int, Piece] = {k: pieces.describe(np.flatnonzero(self.of_voxel == k)) for k in numbers}
+        self.pieces: dict[int, Piece] = {}
+        self.pairs: dict[Pair, np.ndarray] = {}
         self._contacts = pieces.contacts()
-        self.pairs: dict[tuple[int, int], np.ndarray] = {}
-        for place, one in enumerate(numbers):
-            for other in numbers[place + 1 :]:
-                self._add(one, other)
+        self._stale = set(np.unique(self.of_voxel[self.of_voxel >= 0]).tolist())
+        self.refresh()
 
-    def features(self, pair: tuple[int, int]) -> dict[str, float]:
+    def features(self, pair: Pair) -> dict[str, float]:
         """Return the features of a pair."""
         return self._all.features(self.pieces[pair[0]], self.pieces[pair[1]], self.pairs[pair])
 
-    def merge(self, one: int, other: int) -> list[tuple[int, int]]:
-        """Make two pieces the piece `one`; return its pairs, whose features are others now."""
-        self.of_voxel[self.pieces.pop(other).own] = one
-        self.pieces[one] = self._all.describe(np.flatnonzero(self.of_voxel == one))
-        self.pairs = {pair: meet for pair, meet in self.pairs.items() if not {one, other} & set(pair)}
+    def merge(self, one: int, other: int) -> None:
+        """Make two pieces the piece `one`; it is described by the next `refresh`."""
+        self.of_voxel[self.of_voxel == other] = one
+        self._stale = (self._stale | {one}) - {other}
+        for gone in (one, other):
+            self.pieces.pop(gone, None)
         for pair in [pair for pair in self._contacts if other in pair]:
-            meet = self._contacts.pop(pair)
+            contacts = self._contacts.pop(pair)
             third = pair[0] if pair[1] == other else pair[1]
             if third != one:
-                self._meet(one, third, meet if pair[0] == other else meet[:, ::-1])
-        return [pair for third in self.pieces if third != one for pair in self._add(one, third)]
+                self._meet(one, third, contacts if pair[0] == other else contacts[:, ::-1])
+
+    def refresh(self) -> list[Pair]:
+        """Describe the pieces that were merged since; return their pairs, whose features are others now."""
+        stale, self._stale = self._stale, set()
+        for number in sorted(stale):
+            self.pieces[number] = self._all.describe(np.flatnonzero(self.of_voxel == number))
+        known = self.pieces.keys()
+        self.pairs = {pair: met for pair, met in self.pairs.items() if set(pair) <= known and not set(pair) & stale}
+        every = {(min(one, other), max(one, other)) for one in stale for other in known if other != one}
+        return [pair for pair in sorted(every) if self._add(pair)]
 
     def _meet(self, one: int, other: int, contacts: np.ndarray) -> None:
         """Add contacts (C, 2), the voxels of `one` first."""
@@ -85,11 +104,10 @@ class PieceGraph:
         had = self._contacts.get(key)
         self._contacts[key] = contacts if had is None else np.vstack((had, contacts))
 
-    def _add(self, one: int, other: int) -> list[tuple[int, int]]:
-        """Make two pieces a pair if they could be of one object; return the pairs that there are now."""
-        key = (min(one, other), max(one, other))
-        contacts = self._contacts.get(key, np.empty((0, 2), dtype=np.int64))
-        if not self._all.may_be_one(self.pieces[one], self.pieces[other], len(contacts)):
-            return []
-        self.pairs[key] = contacts
-        return [key]
+    def _add(self, pair: Pair) -> bool:
+        """Make two pieces a pair if they could be of one object; return whether they are."""
+        contacts = self._contacts.get(pair, np.empty((0, 2), dtype=np.int64))
+        if not self._all.may_be_one(self.pieces[pair[0]], self.pieces[pair[1]], len(contacts)):
+            return False
+        self.pairs[pair] = contacts
+        return True

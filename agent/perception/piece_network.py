@@ -11,6 +11,7 @@ import numpy as np
 
 WEIGHTS = Path(__file__).with_name("piece_network.npz")
 _FARTHEST = 5.0  # standard deviations from the mean that a feature counts
+_CERTAIN = 30.0  # logit: exponentials of more overflow
 
 
 class PieceNetwork:
@@ -34,7 +35,7 @@ class PieceNetwork:
         hidden = np.maximum(values @ own["hidden"] + own["hidden_bias"][:, None], 0.0)  # (networks, N, H)
         hidden = np.maximum(hidden @ own["second"] + own["second_bias"][:, None], 0.0)
         logits = (hidden * own["out"][:, None]).sum(axis=-1) + own["out_bias"][:, None]
-        return (1.0 / (1.0 + np.exp(-logits))).mean(axis=0)
+        return (1.0 / (1.0 + np.exp(-np.clip(logits, -_CERTAIN, _CERTAIN)))).mean(axis=0)
 
 
 @cache

@@ -148,7 +148,8 @@ def pair_examples(
         alike = [pair for pair in graph.pairs if objects[pair[0]] == objects[pair[1]] > 0]
         if not alike:
             return examples
-        describe(graph.merge(*alike[int(rng.integers(len(alike)))]))
+        graph.merge(*alike[int(rng.integers(len(alike)))])
+        describe(graph.refresh())
 
 
 def _true_object(piece: Piece, truth: np.ndarray) -> tuple[int, float]:

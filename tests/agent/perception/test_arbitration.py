@@ -37,15 +37,14 @@ def test_a_voxel_has_the_mask_of_most_of_its_points_and_the_mean_of_their_votes(
     np.testing.assert_allclose(seen.votes, positions + 0.1)
 
 
-def test_a_voxel_without_a_mask_has_that_of_a_near_one_of_its_connected_part(squares):
+def test_a_voxel_without_a_mask_has_that_of_a_near_one(squares):
     positions, own = squares
     voxels = Voxels(positions, np.arange(len(own)), np.ones(len(own), dtype=int), 0.01)
-    unseen = positions[:, 1] > 0.074  # the second square, and a strip of the first
-    masks = Masks(
-        np.where(unseen, -1, 0), np.ones(len(own)), np.array([0.9]), np.zeros((1, 3)), np.ones(1), positions
-    )
-    seen = masks_of_voxels(masks, voxels, np.ones(len(own), dtype=bool), own)
-    assert (seen.of_voxel[own == 0] == 0).all() and (seen.of_voxel[own == 1] == -1).all()
+    of_point, connected = np.where(own == 0, 0, -1), np.where(positions[:, 0] < 0.05, 0, -1)
+    masks = Masks(of_point, np.ones(len(own)), np.array([0.9]), np.zeros((1, 3)), np.ones(1), positions)
+    seen = masks_of_voxels(masks, voxels, np.ones(len(own), dtype=bool), connected)
+    near = positions[:, 1] < 0.076 + 0.0199  # up to 2 cm from the first square
+    np.testing.assert_array_equal(seen.of_voxel == 0, near & (connected == 0))
 
 
 def test_each_method_has_its_own_objects(squares):

@@ -55,11 +55,36 @@ def test_a_merged_piece_has_the_contacts_of_both():
     graph = PieceGraph(Pieces(surface, proposals))
     assert sorted(graph.pairs) == [(0, 1), (1, 2), (2, 3)]
     before = graph.pairs[1, 2]
-    assert graph.merge(2, 3) == [(1, 2)]
+    graph.merge(2, 3)
+    assert graph.refresh() == [(1, 2)]
     np.testing.assert_array_equal(graph.pairs[1, 2], before)
-    assert graph.merge(2, 1) == [(0, 2)]
+    graph.merge(2, 1)
+    assert graph.refresh() == [(0, 2)]
     first, second = graph.pairs[0, 2].T
     assert (own[first] == 0).all() and (own[second] == 1).all()
     assert sorted(graph.pieces) == [0, 2] and len(graph.pieces[2].own) == 3 * SIDE**2
-    assert graph.merge(0, 2) == []
+    graph.merge(0, 2)
+    assert graph.refresh() == []
     assert (graph.of_voxel == 0).all() and not graph.pairs
+
+
+def test_several_merges_are_described_at_once():
+    surface, proposals, _ = row()
+    graph = PieceGraph(Pieces(surface, proposals))
+    graph.merge(0, 1)
+    graph.merge(2, 3)
+    assert graph.refresh() == [(0, 2)] == sorted(graph.pairs)
+    assert [len(graph.pieces[number].own) for number in (0, 2)] == [2 * SIDE**2] * 2
+
+
+def test_pairs_that_are_sure_are_merged_together_without_being_judged_again():
+    surface, proposals, own = row()
+    asked = []
+
+    def judge(pairs):
+        asked.append(len(pairs))
+        return np.full(len(pairs), 0.1) if len(asked) > 1 else np.array([0.99, 0.99, 0.4])
+
+    found = merged(surface, proposals, judge)
+    np.testing.assert_array_equal(found == found[0], own < 3)
+    assert asked == [3, 1]
