@@ -18,7 +18,8 @@ from agent.perception.color_seams import shadeless
 from agent.perception.convexity import convex_pieces
 from agent.perception.masks import VoxelMasks
 
-_LEAST = 25  # voxels of a piece; fewer are given to the nearest one of their object
+_LEAST, _LEAST_SHARE = 25, 0.05  # voxels of each object that a mask divides a region into, and of the region's
+_CERTAIN = 0.87  # masks that divide a region
 _ACROSS_VALLEY = 0.8  # of the reach within which voxels are neighbours
 _SAMPLE = 120  # voxels of a piece that distances are measured from
 _PLAIN = 12.0  # from the median colour
@@ -118,7 +119,7 @@ class Pieces:
         self._proposals = (proposals.shapes, proposals.regions, valleys, self._masks.of_voxel)
         counts = [int(array.max(initial=-1)) + 2 for array in self._proposals[:3]]
         self._counts = [*counts, len(self._masks.certainty) + 1]
-        self.of_voxel = _common((proposals.shapes, proposals.regions, self._masks.of_voxel), surface.positions)
+        self.of_voxel = _divided(proposals, self._masks, surface.positions)
         # Where single objects have several colours, another colour is no other object.
         seen = self._masks.of_voxel
         own = [np.flatnonzero(seen == k) for k in range(len(self._masks.certainty))]
@@ -287,23 +288,24 @@ def _between_valleys(surface: Surface, shapes: np.ndarray) -> np.ndarray:
     return valleys
 
 
-def _common(proposals: tuple[np.ndarray, ...], positions: np.ndarray) -> np.ndarray:
-    """Return the pieces (V,) that no proposal divides; those of too few voxels go to the nearest of their shape."""
-    shapes = proposals[0]
-    known = shapes >= 0
-    piece = np.full(len(known), -1)
-    if not known.any():
-        return piece
-    _, piece[known] = np.unique(np.column_stack(proposals)[known], axis=0, return_inverse=True)
-    sizes = np.bincount(piece[known])
-    for index in np.unique(shapes[known]):
-        own = np.flatnonzero(shapes == index)
-        large = sizes[piece[own]] >= _LEAST
-        if not large.any():
-            piece[own] = piece[own[0]]
-        elif not large.all():
-            nearest = cKDTree(positions[own[large]]).query(positions[own[~large]])[1]
-            piece[own[~large]] = piece[own[large]][nearest]
+def _divided(proposals: Proposals, masks: VoxelMasks, positions: np.ndarray) -> np.ndarray:
+    """Return the pieces (V,): the regions, divided where the network is certain of several objects that are no slivers.
+    """
+    piece = proposals.regions.copy()
+    for index in np.unique(piece[piece >= 0]):
+        own = np.flatnonzero(piece == index)
+        mask = masks.of_voxel[own]
+        count = np.bincount(mask[mask >= 0], minlength=len(masks.certainty))
+        several = np.flatnonzero((count >= max(_LEAST, _LEAST_SHARE * len(own))) & (masks.certainty >= _CERTAIN))
+        if len(several) < 2:
+            continue
+        known = np.isin(mask, several)
+        if not known.all():
+            nearest = cKDTree(positions[own[known]]).query(positions[own[~known]])[1]
+            mask[~known] = mask[known][nearest]
+        for number in several[1:]:
+            piece[own[mask == number]] = piece.max() + 1
+    known = piece >= 0
     piece[known] = np.unique(piece[known], return_inverse=True)[1]
     return piece
 

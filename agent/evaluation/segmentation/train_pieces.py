@@ -16,7 +16,7 @@ from structdiffusion.objects.libraries import load_objects
 from structdiffusion.parallel import in_parallel
 
 _NETWORKS, _HIDDEN = 3, 48
-_STEPS, _BATCH = 6000, 256
+_STEPS, _BATCH = 1500, 256
 _RATE, _DECAY = 3e-3, 1e-2
 _NOISE, _DROPPED = 0.1, 0.1  # of the scaled features, and share of the hidden units
 _FARTHEST = 5.0  # as in `PieceNetwork`
