@@ -216,7 +216,8 @@ class Interpretation:
         text = self.parse.text
         asks_place = self.question is not None and self.question.slot != OBJECT
         known = FirstReading(
-            first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place, sorts(text)
+            first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place, sorts(text),
+            self.parse.spec if self.parse.status == "ok" else None,
         )
         found = self
         if counts(second, known, count):
