@@ -56,6 +56,7 @@ _AWAY = (
 _INTO_DEPTH = re.compile(
     rf"\b(?:line|row|queue|file|column|chain)\b(?: of (?:\w+ )?\w+)?,?(?: (?:that|which))?"
     rf" (?:go|run|lead|stretch|extend)(?:s|es|ing)? {_AWAY}\b"
+    r"|\b(?:beginning|starting) (?:at|from) the (?:near|front)(?: \w+)?,?(?: and)? ending at the (?:far|back)\b"
 )
 _SEAT = re.compile(
     r"\b(?:(?:as )?(?:seen|viewed|looking) )?from (?:my|our|your) (?:seat|chair|place|perspective|point of view|viewpoint|angle|position|spot)\b"
@@ -118,7 +119,8 @@ def _beside_center(sentence: str, parse: Parse) -> Parse:
 
 def _tag(sentence: str, parse: Parse) -> Parse:
     """Read no place in the tag "..., right?"."""
-    if parse.spec.x_position != "right" or len(_RIGHT.findall(sentence)) != len(_TAG.findall(sentence)):
+    tags = len(_TAG.findall(sentence))
+    if parse.spec.x_position != "right" or not tags or len(_RIGHT.findall(sentence)) > tags:
         return parse
     return replace(parse, spec=replace(parse.spec, x_position=None))
 

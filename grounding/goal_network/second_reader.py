@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
 from grounding.goal_network.parts import DIAMETER, UnreadLengthError, parts_of
+from grounding.goal_network.vocabulary import NOTHING
 from grounding.goal_network.writer import NetworkWriter, WrittenGoal
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.feasibility import infeasible, too_few
@@ -287,6 +288,11 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         return second.certainty >= AGREED
     understood = bool(reading.problem) and not reading.residue
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+
+
+def asks_nothing(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether a text is worded like a question about the scene, and the network is certain that it asks for nothing."""
+    return not first.requests and second.answer == NOTHING and second.certainty >= MORE_CERTAIN
 
 
 def _lacks_objects(second: NetworkReading, first: FirstReading) -> bool:

@@ -25,6 +25,7 @@ from grounding.goal_reading.rewordings import reworded
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, fluent, split, with_lengths
+from grounding.goal_reading.unread_descriptions import with_descriptions_unread
 from grounding.goal_reading.vague_directions import vague_direction
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
@@ -214,7 +215,8 @@ class GoalReader:
         said, metres = with_lengths(said, lengths_of(said))
         narrated = Sentences(list(said.words), nouns.forms).narrated
         chunks = without_idle_conditions(Chunker(said, metres, nouns).chunks(), narrated)
-        return without_reports(chunks, said, Clauses(said, nouns), narrated)
+        chunks = without_reports(chunks, said, Clauses(said, nouns), narrated)
+        return with_descriptions_unread(chunks, said)
 
 
 def _unused(
