@@ -27,6 +27,10 @@ _BESIDE_CENTER = re.compile(
 )
 _TAG = re.compile(r", right \?")
 _RIGHT = re.compile(r"\b(?:\w*right\w*|east\w*)\b")
+_REMAINING = re.compile(
+    r"\b(?:only|just|still|\d+|two|three|four|five|six|few|some|none|nothing|what|all|that|which)(?: \w+){0,2} (?:is|are|was|were) left\b"
+    r"|\bleft over\b"
+)
 _SIZES = {
     "small": "small|tiny|tight|compact|narrow|short|cramped|dense|little|close together|tightly packed",
     "large": "large|big|huge|wide|long|spread out|loose|spacious|roomy|far apart",
@@ -117,6 +121,14 @@ def _beside_center(sentence: str, parse: Parse) -> Parse:
     return parse if parse.spec.y_position else _filled(parse, "y_position", "middle", match.group())
 
 
+def _remaining(sentence: str, parse: Parse) -> Parse:
+    """Read no place in "only four are left"."""
+    remaining = len(_REMAINING.findall(sentence))
+    if parse.spec.x_position != "left" or not remaining or len(re.findall(r"\b(?:left\w*|west\w*)\b", sentence)) > remaining:
+        return parse
+    return replace(parse, spec=replace(parse.spec, x_position=None))
+
+
 def _tag(sentence: str, parse: Parse) -> Parse:
     """Read no place in the tag "..., right?"."""
     tags = len(_TAG.findall(sentence))
@@ -157,4 +169,6 @@ def _filled(parse: Parse, slot: str, value: str, words: str) -> Parse:
     )  # fmt: skip
 
 
-_RULES: tuple[Callable[[str, Parse], Parse], ...] = (_tabletop, _direction, _beside_center, _tag, _denied_size, _depth)
+_RULES: tuple[Callable[[str, Parse], Parse], ...] = (
+    _tabletop, _direction, _beside_center, _remaining, _tag, _denied_size, _depth,
+)  # fmt: skip

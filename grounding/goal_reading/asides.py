@@ -34,7 +34,10 @@ _CONDITION = re.compile(
     r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine)|(?:i|we) (?:had|were|was|could|weren't))(?= |$)"
 )
 # What is not so: "I'd have done it if it weren't for my knee".
-_UNREAL = re.compile(r"if (?:it|that|this|there) (?:weren't|wasn't|were not|was not|hadn't been|had not been)(?: for)?(?= )")
+_UNREAL = re.compile(
+    r"if (?:(?:it|that|this|there) (?:weren't|wasn't|were not|was not|hadn't been|had not been)(?: for)?"
+    r"|(?:it|that) (?:were|was) up to (?:me|us)|i (?:were|was) you)(?= )"
+)
 _REASON = frozenset(
     "because cause cuz coz since as seeing given considering due owing thanks whereas although though otherwise".split()
 )

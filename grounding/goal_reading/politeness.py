@@ -22,6 +22,7 @@ _PHRASES = tuple(
         r"i (?:was|am|'m) (?:just |kind of |sort of )?(?:hoping|wondering|thinking)(?: that| if| whether| maybe)*(?: (?:you|we) (?:could|can|might|would))?",
         rf"(?:would|wouldn't) (?:it|that) (?:not )?(?:be|look|feel) {_VERY}{_PLEASANT}(?: of you)?(?: if| to have| to see| to)?(?: (?:you|we) (?:could|would|can))?",
         rf"(?:it|that|things|the table)(?:'d| would| might| could) (?:be|look|feel|seem) {_VERY}{_PLEASANT}(?: of you)? (?:if|to have|to see)",
+        rf"(?:would|might|could) (?:be|look|feel|seem) {_VERY}{_PLEASANT}(?: to [a-z]+)? if",
         rf"how {_PLEASANT} (?:it )?would (?:it )?be(?: if| to have| to see)",
         r"(?:if|when|whenever|once|as soon as) (?:you|you've|there's|there is)(?: (?:get|got|have|find|manage to find|can find|can spare|could spare|happen to have))*"
         r" (?:(?:a|an|some|the|any|enough) )?(?:(?:spare|free|quiet|little|bit of|calm) )*(?:minute|moment|second|sec|time|chance|opportunity|break)(?: to spare| for (?:me|this|it|that))?",

@@ -87,12 +87,19 @@ def mend(text: str, known: Collection[str]) -> Mended:
     digits = {match.start() for match in _DIGITS_BETWEEN.finditer(text)}
     mended, words, end = "", [], 0
     numbered = {match.start(): match for match in _NUMBERED.finditer(text)}
+    respaced = _respaced(text, known)
     for match in _WORD.finditer(text):
         if match.start() < end:  # within numbered objects
             continue
         match = numbered.get(match.start(), match)
         mended += text[end : match.start()]
         word = match[0]
+        if match.start() in respaced:
+            right, last = respaced[match.start()]
+            words.append((len(mended), len(mended) + len(right), match.start(), last))
+            mended += right
+            end = last
+            continue
         if match.re is _NUMBERED:
             right = _TOGETHER
         elif word in ("2", "4"):
@@ -104,6 +111,27 @@ def mend(text: str, known: Collection[str]) -> Mended:
         mended += right
         end = match.end()
     return Mended(mended + text[end:], tuple(words))
+
+
+def _respaced(text: str, known: Collection[str]) -> dict[int, tuple[str, int]]:
+    """Find words between which the space is one letter off: "ont he left".
+
+    Returns:
+        First character -> (the two words as they should be, the place after them).
+    """
+    vocabulary = _vocabulary()
+    found = {}
+    for match in re.finditer(r"\b(?=(?P<one>[a-z]{2,12}) (?P<other>[a-z]{2,12})\b)", text.lower()):
+        one, other = match.group("one"), match.group("other")
+        mistyped = [each for each in (one, other) if each not in vocabulary and not any(stem in vocabulary for stem in stems_of(each))]
+        if not mistyped or all(each in known and len(each) > 3 for each in mistyped):
+            continue
+        pairs = ((one + other[0], other[1:]), (one[:-1], one[-1] + other))
+        right = [pair for pair in pairs if all(len(word) > 1 and _usual(vocabulary, word) for word in pair)]
+        if right:
+            best = max(right, key=lambda pair: min(vocabulary[word] for word in pair))
+            found[match.start()] = " ".join(best), match.end("other")
+    return found
 
 
 def _right(word: str, known: Collection[str]) -> str:
