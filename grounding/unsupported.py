@@ -172,7 +172,7 @@ def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
         return replace(
             parse, spec=StructureSpec(), status="refused", message=message, question=None, confidence={}, evidence={}
         )
-    parse = with_plain_words(sentence, parse)
+    parse = with_plain_words(_normalized(mended()) if mended else sentence, parse)
     question = _edge_question(sentence, parse) or _corner_question(sentence, parse, mended or (lambda: parse.text))
     if question is None:
         return parse

@@ -15,7 +15,7 @@ from grounding.goal_reading.tokens import Words
 _NUMBER = r"(?:an?|one|two|three|four|five|six|ten|twenty|thirty|half an|a few|a couple of|\d+)"
 _TIME = r"(?:seconds?|minutes?|mins?|secs?|hours?|days?|weeks?|months?|years?)"
 _CONDITION = re.compile(
-    r"(?<!as )(?:but |and |or )?(?:only |just |even )?(?:if(?! (?:you|possible|i|we|it's possible|necessary|needed|need be|so)\b)|unless|(?:until|till)(?! (?:they|it|you|there|that|the|then)\b)|whenever|provided(?: that)?|providing(?: that)?"
+    r"(?<!as )(?:but |and |or )?(?:only |just |even )?(?:if(?! (?:you|possible|i|we|it's possible|necessary|needed|need be|so)\b)|unless|(?:until|till)(?! (?:they|it|you|there|that|the|then|yesterday|now|today|recently|last)\b)|whenever|provided(?: that)?|providing(?: that)?"
     r"|as long as|so long as|on condition that|assuming(?: that)?|as soon as|the moment(?= (?:i|you|he|she|the|my)\b)|each time|every time)(?= )"
     r"|only when|when(?= (?:(?:i|someone|he|she) (?:clap|claps|say|says|tell|tells|snap|snaps|whistle|whistles|press|give|gives|wave|nod|signal)"
     r"|(?:the \w+|it|they) (?:is|are|rings?|starts?|stops?|beeps?))\b)"
