@@ -381,8 +381,10 @@ def keeps(text: str) -> bool:
 def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
     """Return the notes on a goal that is used: what it says itself, and the words of which it holds nothing for certain.
 
-    Words that it copied, for objects or lengths, are in the goal that the user sees.
+    Words that it copied, for objects or lengths, are in the goal that the user sees. What the grammar took for an object, as
+    the sun in "the sun is in the south, so ...", is named too.
     """
     uncopied = set(second.uncopied)
-    unread = [words for words in first.residue if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
+    taken = [one for one in first.goal.named_objects() if isinstance(one, str)]
+    unread = [words for words in (*first.residue, *taken) if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
     return tuple(filter(None, (*second.notes, unread_note(unread, second.goal or Goal()))))

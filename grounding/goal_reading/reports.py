@@ -74,6 +74,9 @@ def _subject_of_event(run: Sequence[Chunk]) -> list[Chunk] | None:
     event = next((i for i, one in enumerate(run) if _event(run, i, subject)), None)
     if event is None or event <= subject or any(one.kind in ("shape", "verb") for one in run):
         return None
+    told = run[event:]
+    if any(one.kind in ("comma", "and") and after.kind == "noun phrase" for one, after in zip(told, told[1:], strict=False)):
+        return None  # "the cans came today, the bowls on the left"
     return list(run[: subject + 1]) if known([run[subject].value]) else []
 
 
