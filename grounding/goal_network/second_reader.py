@@ -38,9 +38,8 @@ if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
-CERTAIN = 0.8  # in place of a refusal or a question
+CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
 MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
-AGREED = 0.5  # where the parser of the five slots reads the same plain structure: of 845 labelled goals none was another one
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
@@ -273,7 +272,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     agreed = agrees(second.goal, first.slots)
     if first.status == "ok":
         if agreed and not first.plain:
-            return second.certainty >= AGREED
+            return second.certainty >= CERTAIN
         if first.plain and (count is None or supports(second.goal, first.goal)):
             return False
         if not first.plain and reading.complete and not reading.corrected and _loses(second.goal, first.goal):
@@ -284,9 +283,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     unknown = {word for words in reading.residue for word in re.findall(r"[a-z]+", words.lower())}
     if unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN):
         return False
-    if agreed:
-        return second.certainty >= AGREED
-    understood = bool(reading.problem) and not reading.residue
+    understood = bool(reading.problem) and not reading.residue and not agreed
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
 
 
