@@ -72,7 +72,7 @@ def _subject_of_event(run: Sequence[Chunk]) -> list[Chunk] | None:
     if subject is None or run[subject].kind != "noun phrase":
         return None
     event = next((i for i, one in enumerate(run) if _event(run, i, subject)), None)
-    if event is None or event <= subject or any(one.kind in ("shape", "verb") for one in run):
+    if event is None or event <= subject or any(one.kind in ("shape", "verb") and i != event for i, one in enumerate(run)):
         return None
     told = run[event:]
     if any(one.kind in ("comma", "and") and after.kind == "noun phrase" for one, after in zip(told, told[1:], strict=False)):
@@ -86,6 +86,8 @@ def _event(run: Sequence[Chunk], at: int, subject: int) -> bool:
     if one.kind == "unknown" and one.value in _EVENTS:
         return True
     said = [each.said.lower() for each in run[at : at + 2]]
+    if said[0] in ("has", "had") and len(said) == 2 and said[1].split()[0] in ("a", "an", "no", "some"):
+        return True  # "the bowl at the back has a crack"
     return one.kind == "noise" and at == subject + 1 and (said[0] in ("was", "were") or said in (["is", "from"], ["are", "from"]))
 
 
