@@ -4,7 +4,7 @@ from importlib import resources
 
 import pytest
 
-from grounding.benchmark import free_rows, development_rows, five_slots, is_exact, load_rows
+from grounding.benchmark import development_rows, free_rows, five_slots, is_exact, load_rows
 from grounding.goal_network.writer import NetworkWriter
 from grounding.interpreter import Interpreter
 from grounding.parse_result import Parse, Question
@@ -22,7 +22,7 @@ def _rows(name):
         return load_rows(path)
 
 
-@pytest.mark.parametrize(("name", "count", "exact"), [("development_b", 393, 361), ("held_out", 72, 65)])
+@pytest.mark.parametrize(("name", "count", "exact"), [("development_b", 393, 362), ("held_out", 72, 65)])
 def test_as_many_sentences_as_measured_are_exact(interpreter, name, count, exact):
     rows = _rows(name)
     found = interpreter.interpret_many([row.text for row in rows])
