@@ -31,6 +31,7 @@ LIKELY_OF_UNKNOWN = 0.5  # the same, where the network does not know every word
 MOST_OFFERED = 2
 REFUSES = 0.5  # that the sentence is a remark, or asks for what cannot be built: nothing is offered
 DOUBTS = 0.95  # another goal than the rules read, or none
+LONG = 8  # words: the rules read shorter corrections as well as the network does
 AS_IT_IS = "leave the goal as it is"
 _ONLY_A_REMARK = "nothing"
 _VAGUE = "not understood"  # in a refusal without a reason of its own
@@ -118,17 +119,30 @@ def _drops_named_part(turn: Turn, found: GoalRevision) -> bool:
 
 
 def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:
-    """Return what the rules found, or a question where the network is certain of something else."""
+    """Return what the rules found, or a question where the network is certain of something else, or reads a long sentence
+    in no way like them.
+    """
     first = goal_after(turn, found)
-    if first is None or second.certainty < DOUBTS:
+    if first is None:
         return found
-    if second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
+    certain = second.certainty >= DOUBTS
+    if certain and second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
         question = f"{shortened(turn.text)!r} can be read in two ways: which goal is meant?"
         return _question(turn, found, question, [first, second.goal])
-    if second.answer and found.kind == "edit" and not _same(turn, first, turn.last):
+    if certain and second.answer and found.kind == "edit" and not _same(turn, first, turn.last):
         doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
         return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])
+    if len(turn.text.split()) >= LONG and not _same(turn, first, turn.last) and _support(turn, first, second) < LIKELY:
+        others = [goal for goal in _offered(turn, second) if not _same(turn, goal, first)]
+        question = f"{shortened(turn.text)!r} was not understood for certain: what is the goal now?"
+        return _question(turn, found, question, [*others[:MOST_OFFERED], first, turn.last])
     return found
+
+
+def _support(turn: Turn, goal: Goal, second: NetworkReading) -> float:
+    """Return how certain the network is of a goal."""
+    readings = [each for each in (second, *second.others) if each.goal is not None]
+    return sum(each.certainty for each in readings if each.goal is not None and _same(turn, each.goal, goal))
 
 
 def goal_after(turn: Turn, found: GoalRevision) -> Goal | None:

@@ -160,8 +160,9 @@ class SecondReader:
         taught = self._corrections.network.taught_words
         found = list[NetworkReading]()
         for one in written:
-            read = self._resolved(AfterGoal(one.words, one.actions, one.certainty, rendition), text, there)
-            read = replace(read, certainty=one.certainty, unknown=_unknown(read.uncopied, taught))
+            after = AfterGoal(one.words, one.actions, one.certainty, rendition)
+            read = self._resolved(after, text, there)
+            read = replace(read, certainty=one.certainty, unknown=_unknown(after.uncopied, taught))
             like = next((n for n, each in enumerate(found) if _alike(each, read, len(there))), None)
             if like is None:
                 found.append(read)
