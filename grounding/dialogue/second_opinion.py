@@ -25,20 +25,20 @@ from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
 CERTAIN = 0.65  # in place of a refusal
-CERTAIN_OF_LENGTH = 0.97  # the same, where a length or a change of one is said
+CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
 LIKELY_OF_UNKNOWN = 0.5  # the same, where the network does not know every word
 MOST_OFFERED = 2
 REFUSES = 0.5  # that the sentence is a remark, or asks for what cannot be built: nothing is offered
 DOUBTS = 0.95  # another goal than the rules read, or none
-LONG = 8  # words: the rules read shorter corrections as well as the network does
+LONG = 10  # words: the rules read shorter corrections as well as the network does
 AS_IT_IS = "leave the goal as it is"
 _ONLY_A_REMARK = "nothing"
 _VAGUE = "not understood"  # in a refusal without a reason of its own
 _LONGEST = 400  # characters of a correction
 _NO_WISHES = ("nothing", "impossible")
-_OF_LENGTH = re.compile(
-    r"\d|\b(?:cm|mm|centi\w+|milli\w+|met(?:er|re)s?|inch\w*|f(?:oo|ee)t|fingers?|hands?|closer|nearer|further|farther|longer"
+_CALCULATED = re.compile(  # lengths, and what is to be done likewise
+    r"\d|\bsame\b|\b(?:cm|mm|centi\w+|milli\w+|met(?:er|re)s?|inch\w*|f(?:oo|ee)t|fingers?|hands?|closer|nearer|further|farther|longer"
     r"|shorter|wider|narrower|apart)\b",
     re.IGNORECASE,
 )
@@ -76,14 +76,14 @@ def _certain(turn: Turn, second: NetworkReading) -> bool:
     """Return whether the network's likeliest goal is used."""
     if second.goal is None or second.unknown or _same(turn, second.goal, turn.last):
         return False
-    enough = CERTAIN_OF_LENGTH if _OF_LENGTH.search(turn.text) else CERTAIN
+    enough = CERTAIN_OF_CALCULATED if _CALCULATED.search(turn.text) else CERTAIN
     return second.certainty >= enough and not unsupported(turn, second.goal, _kind(turn, second.goal))
 
 
 def _offered(turn: Turn, second: NetworkReading) -> list[Goal]:
     """Return the network's goals that a sentence may mean, first those that it has words for."""
     readings = (second, *second.others)
-    if sum(each.certainty for each in readings if each.answer in _NO_WISHES) > REFUSES:
+    if _is_no_wish(second):
         return []
     least = LIKELY_OF_UNKNOWN if second.unknown else LIKELY
     goals = [
@@ -92,6 +92,11 @@ def _offered(turn: Turn, second: NetworkReading) -> list[Goal]:
         and not brings_together(each) and not _same(turn, each.goal, turn.last)
     ]  # fmt: skip
     return sorted(goals, key=lambda goal: bool(unsupported(turn, goal, _kind(turn, goal))))[:MOST_OFFERED]
+
+
+def _is_no_wish(second: NetworkReading) -> bool:
+    """Return whether the sentence is a remark, or asks for what cannot be built."""
+    return sum(each.certainty for each in (second, *second.others) if each.answer in _NO_WISHES) > REFUSES
 
 
 def _kind(turn: Turn, goal: Goal) -> str:
@@ -108,7 +113,8 @@ def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
         (found.status, found.kind) == ("refused", "new") and _VAGUE not in found.message
     )
     the_same = found.plain is not None and found.plain.objects_how == "replace" and _THE_SAME.search(turn.text)
-    settled = reasoned or the_same or (turn.built and moved) or _drops_named_part(turn, found)
+    missing = found.status == "refused" and any(not one.numbers for one in turn.said.parts)  # "drop the line" of two circles
+    settled = reasoned or the_same or missing or (turn.built and moved) or _drops_named_part(turn, found)
     return bool(turn.last.parts) and not settled and len(turn.text) <= _LONGEST
 
 
@@ -129,7 +135,7 @@ def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRev
     if certain and second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
         question = f"{shortened(turn.text)!r} can be read in two ways: which goal is meant?"
         return _question(turn, found, question, [first, second.goal])
-    if certain and second.answer and found.kind == "edit" and not _same(turn, first, turn.last):
+    if (_is_no_wish(second) or certain and second.answer) and found.kind == "edit" and not _same(turn, first, turn.last):
         doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
         return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])
     if len(turn.text.split()) >= LONG and not _same(turn, first, turn.last) and _support(turn, first, second) < LIKELY:
