@@ -26,6 +26,9 @@ _REWORDED = tuple(
         (r"\bw/o\b", "without"),
         (r"\bin ?front\b", "in front"),
         (r"\bi\.e\.,? ", ""),
+        (r"(?<=[a-z]): ?(?=\d)", ", "),
+        # "Not so close, 10 cm": the second half says how far.
+        (r"^(?:but )?not (?:so|that|as|too|quite so) (?:close|near|far|tight|wide|much)(?: (?:together|apart|away|off))?[ ,;:.-]+(?=\d)", ""),
         # What people end with: "on the left pls", "not the orange one though".
         (r"(?<=\w)(?:[ ,.!]+(?:thanks|thank you|tho|though|lol|omg|haha|mate|silly me|my bad|final answer))+[ .!]*$", ""),
         (r"^(?:(?:it's|that's) )?(?:the )?wrong way (?:a)?round[,.;!]+ (?=\S)", ""),

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 
 from grounding.dialogue.goal_changes import objects_of
+from grounding.dialogue.goal_mentions import colors_of
 from grounding.dialogue.goal_revision import Turn
 from grounding.dialogue.part_checks import unsaid
 from grounding.dialogue.part_replacements import about_some
@@ -128,18 +129,13 @@ def _denied_object(turn: Turn, goal: Goal) -> str:
         end = max((one.span[1] for one in starts), default=match.end())
         if not denied and (colour := re.compile(r"[a-z]+").match(said, end)) is not None:
             word, end = colour.group(), colour.end()
-            denied = {n for n, each in enumerate(turn.said.objects) if word.removesuffix("s") in _colours(each)}
+            denied = {n for n, each in enumerate(turn.said.objects) if word.removesuffix("s") in colors_of(each)}
         denied &= set(turn.last.named_objects())
         if RELATED_BY.match(said, end) or not denied:
             continue  # "not the cup on the plate" is about the relation
         if _uses(goal, denied) >= _uses(turn.last, denied):
             return f"{said[match.start() : end]!r} would change nothing"
     return ""
-
-
-def _colours(each: object) -> tuple[str, ...]:
-    attributes = getattr(each, "attributes", None)
-    return attributes.colors if attributes is not None else ()
 
 
 def _uses(goal: Goal, some: set[int]) -> int:

@@ -71,7 +71,7 @@ def test_refusal_stays(reading):
 
 def test_likeliest_goals_are_offered_first_what_there_are_words_for():
     others = (NetworkReading(LEFT, 0.3), NetworkReading(ROW, 0.1), NetworkReading(MIDDLE, 0.06))
-    found = opinion(REFUSED, NetworkReading(RIGHT, 0.4, others=others))
+    found = opinion(REFUSED, NetworkReading(RIGHT, 0.4, others=others), text="left I think")
     assert (found.status, found.choices) == ("ask", (LEFT, RIGHT, ROW))  # "left" is said; two are offered
     assert "one of these" in found.question.text
 
