@@ -1,7 +1,8 @@
 """Single corrections by writers whose rows neither rules nor networks were made with: how many are read, asked, built wrongly.
 
 The form of `unseen_corrections.tsv` (writer 1) and `unseen_corrections_b.tsv` (writer 3) is that of
-`grounding/language/goal_corrections.tsv`. Nobody opens them; rates only.
+`grounding/language/goal_corrections.tsv`. Nobody opens them; rates only. Writer 4 labelled 130 before any was read: with
+`seen_corrections_d.tsv` corrections were developed, `unseen_corrections_d.tsv` is read by nobody.
 """
 
 from __future__ import annotations
