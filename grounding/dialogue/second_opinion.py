@@ -24,7 +24,7 @@ from grounding.goals.parts import GoalError, Part, RelationPart, StructurePart
 from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
-CERTAIN = 0.65  # in place of a refusal
+CERTAIN = 0.8  # in place of a refusal
 CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
 LIKELY_OF_UNKNOWN = 0.5  # the same, where the network does not know every word
