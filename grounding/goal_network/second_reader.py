@@ -9,7 +9,7 @@ are then quoted in a note.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
 CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
 MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
+LIKELIEST = 5  # readings of a correction: in four of ten that the first one misses, another is right
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
@@ -64,6 +65,8 @@ WEIGHTY_IF_UNKNOWN = frozenset(
     "later yesterday minutes seconds hours touch touches touching contact something somehow space room "
     "denser sparser trapezoid hexagon pentagon octagon rhombus".split()
 )
+# Those of them that the labelled corrections have often, with goals that hold them.
+_TAUGHT_IN_CORRECTIONS = frozenset("without open never".split())
 _PARALLEL = frozenset("parallel perpendicular".split())  # of a line to an edge; no goal holds how an object lies
 # An order that an instruction asks for.
 _ORDERED = re.compile(
@@ -86,6 +89,7 @@ class NetworkReading:
         uncopied: words of the instruction that are in no phrase for objects or lengths.
         unknown: those of them that the network was not taught, or that no goal can hold.
         answer: what was written in place of a goal, a word of `NO_GOAL`; "" for a goal.
+        others: less likely readings of a correction, the likeliest first; those of the same goal are added up in one.
     """
 
     goal: Goal | None = None
@@ -97,6 +101,7 @@ class NetworkReading:
     uncopied: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
     answer: str = ""
+    others: tuple[NetworkReading, ...] = ()
 
 
 @dataclass
@@ -150,13 +155,24 @@ class SecondReader:
         """
         there = _scene_objects(objects) or []
         rendition = rendition_of(goal, there)
-        written = None if self._corrections is None else self._corrections.write(f"{rendition.text} {text}")
-        if written is None or (DIAMETER.search(text) and "radius" in rendition.text):
+        if self._corrections is None or (DIAMETER.search(text) and "radius" in rendition.text):
             return NetworkReading()
-        read = self._resolved(AfterGoal(written.words, written.actions, written.certainty, rendition), text, there)
+        written = self._corrections.likeliest(f"{rendition.text} {text}")
         taught = self._corrections.network.taught_words
-        unknown = (word for word in read.uncopied if word in WEIGHTY_IF_UNKNOWN or (word[0].isalpha() and word not in taught))
-        return replace(read, unknown=tuple(unknown))
+        found = list[NetworkReading]()
+        for one in written:
+            after = AfterGoal(one.words, one.actions, one.certainty, rendition)
+            read = self._resolved(after, text, there)
+            read = replace(read, certainty=one.certainty, unknown=_unknown(after.uncopied, taught))
+            like = next((n for n, each in enumerate(found) if _alike(each, read, len(there))), None)
+            if like is None:
+                found.append(read)
+            else:
+                found[like] = replace(found[like], certainty=found[like].certainty + read.certainty)
+        if not found:
+            return NetworkReading()
+        first, *others = sorted(found, key=lambda each: -each.certainty)
+        return replace(first, others=tuple(others))
 
     def _resolved(
         self, written: WrittenGoal, text: str, there: list[SceneObject] | None, catalogue: bool = False
@@ -193,6 +209,7 @@ class _LazyWriter:
 
     make: Callable[[], NetworkWriter]
     _last: tuple[str, WrittenGoal | None] | None = field(default=None, repr=False)
+    _last_likeliest: tuple[str, list[WrittenGoal]] | None = field(default=None, repr=False)
 
     @cached_property
     def network(self) -> NetworkWriter:
@@ -202,6 +219,24 @@ class _LazyWriter:
         if self._last is None or self._last[0] != text:
             self._last = text, self.network.write(text)
         return self._last[1]
+
+    def likeliest(self, text: str) -> list[WrittenGoal]:
+        if self._last_likeliest is None or self._last_likeliest[0] != text:
+            self._last_likeliest = text, self.network.likeliest(text, LIKELIEST)
+        return self._last_likeliest[1]
+
+
+def _unknown(words: Sequence[str], taught: Collection[str]) -> tuple[str, ...]:
+    """Return the words of a correction that the network was not taught, or that no goal can hold."""
+    weighty = WEIGHTY_IF_UNKNOWN - _TAUGHT_IN_CORRECTIONS
+    return tuple(word for word in words if word in weighty or (word[0].isalpha() and word not in taught))
+
+
+def _alike(one: NetworkReading, other: NetworkReading, count: int) -> bool:
+    """Return whether two readings come to the same goal, or to the same answer in place of one."""
+    if one.goal is None or other.goal is None:
+        return one.goal is other.goal and bool(one.answer) and one.answer == other.answer
+    return compare_goals(one.goal, other.goal, count).exact
 
 
 def _scene_objects(objects: Sequence[SceneObject | str | None] | None) -> list[SceneObject] | None:
