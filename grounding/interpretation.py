@@ -16,6 +16,7 @@ from grounding.goal_network.second_reader import (
     FirstReading,
     NetworkReading,
     SecondReader,
+    asks_nothing,
     counts,
     doubted,
     excepts,
@@ -28,7 +29,7 @@ from grounding.goal_reading.unread_words import unread_note
 from grounding.goal_reading.verdict import not_understood, requests, verdict
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.parse_result import OBJECT, REFUSALS, Parse, Question
+from grounding.parse_result import OBJECT, REFUSALS, Parse, Question, refusal
 from grounding.references.attributes import SceneObject
 from grounding.references.selection import (
     AmbiguousReferenceError,
@@ -216,10 +217,17 @@ class Interpretation:
         text = self.parse.text
         asks_place = self.question is not None and self.question.slot != OBJECT
         known = FirstReading(
-            first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place, sorts(text)
+            first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place, sorts(text),
+            self.parse.spec if self.parse.status == "ok" else None,
         )
         found = self
-        if counts(second, known, count):
+        if asks_nothing(second, known):
+            refused = refusal(text, "idle", self.parse.parser)
+            found = replace(
+                self, parse=refused, spec=StructureSpec(), status="refused", message=refused.message, question=None,
+                objects=None, selection=None, named=(), goal=Goal(),
+            )  # fmt: skip
+        elif counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
             if self._default is not None:
                 found = replace(found, fallback=f"{_unused(first)}; the goal network read this", by_model=False)

@@ -28,6 +28,7 @@ from grounding.references.pattern_parts import (
     any_of,
 )
 from grounding.references.word_forms import FORMS
+from grounding.slot_corrections import with_plain_words
 from grounding.spec import StructureSpec
 from grounding.structure_words import STRUCTURES
 
@@ -117,13 +118,7 @@ _ONTO = LazyPattern(
     rf"\b(?:on|onto|on top of|atop|over) (?:it\b|(?:the|a|an|my|this|that) (?:\w+ ){{0,2}}?(?P<noun>{_NOUN})\b)"
 )
 _CARRIERS = frozenset("table tables board tray mat placemat cloth napkin shelf".split())
-_TABLETOP = re.compile(r"\b(?:table|desk|bench|counter) top\b")
-# Words of rotations, and pieces with places of their own, for the shapes that have them.
-_ROTATIONS = {
-    shape: re.compile(rf"\b{any_of(structure.rotations)}\b")
-    for shape, structure in STRUCTURES.items()
-    if structure.rotations
-}
+# Pieces with places of their own, for the shapes that have them.
 _PIECES = {
     shape: LazyPattern(
         rf"\bwith (?:the|a|an|its|my|your) {any_of(structure.pieces)} (?:on|to|at) (?:the|its|my|your)"
@@ -177,7 +172,7 @@ def checked(parse: Parse, mended: Callable[[], str] | None = None) -> Parse:
         return replace(
             parse, spec=StructureSpec(), status="refused", message=message, question=None, confidence={}, evidence={}
         )
-    parse = _corrected(sentence, parse)
+    parse = with_plain_words(_normalized(mended()) if mended else sentence, parse)
     question = _edge_question(sentence, parse) or _corner_question(sentence, parse, mended or (lambda: parse.text))
     if question is None:
         return parse
@@ -229,20 +224,6 @@ def _unsupported(sentence: str, parse: Parse) -> _Unsupported | None:
     if pieces and (match := pieces.search(sentence)):
         return _Unsupported("a place of one object within the structure", match.group())
     return None
-
-
-def _corrected(sentence: str, parse: Parse) -> Parse:
-    """Return the parse with corrections for plain words that parsers miss: the direction of a line, and "table top"."""
-    spec = parse.spec
-    if spec.y_position == "top" and _TABLETOP.search(sentence) and len(re.findall(r"\btop\b", sentence)) == 1:
-        if not re.search(r"\b(?:back|rear|far|away)\b", sentence):
-            spec = replace(spec, y_position=None)
-    rotations = _ROTATIONS.get(spec.shape or "")
-    if rotations and spec.rotation is None and (match := rotations.search(sentence)):
-        spec = replace(spec, rotation=STRUCTURES[spec.shape].rotations[match.group()])
-        evidence = {**parse.evidence, "rotation": (match.group(),)}
-        parse = replace(parse, evidence=evidence, confidence={**parse.confidence, "rotation": 1.0})
-    return parse if spec == parse.spec else replace(parse, spec=spec)
 
 
 def _edge_question(sentence: str, parse: Parse) -> Question | None:

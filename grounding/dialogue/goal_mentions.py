@@ -28,7 +28,7 @@ SHAPE_OF_NOUN = {
     for shape, words in STRUCTURES.items()
     for noun in (shape, *words.words.nouns, *words.words.never_objects)
 }  # fmt: skip
-_INSTEAD = re.compile(r"\b(?:instead|rather than)\b")
+_NO_OBJECT = re.compile(r"\b(?:instead|rather than)\b|(?<= )\d+(?:\.\d+)? ?(?:cm|mm|centi\w+|milli\w+|inch\w*|met(?:er|re)s?)\b")
 _COUNTS = {word: number for number, words in enumerate(
     ("1 one first "
      "1st", "2 two second 2nd", "3 three third 3rd", "4 four fourth 4th", "5 five fifth 5th", "6 six sixth 6th",
@@ -64,6 +64,13 @@ _PLACED = re.compile(
     r"|(?P<before>left|right)(?: hand)? (?:one|part|structure))\b"
 )
 _COLORED = re.compile(r"\b(?P<color>[a-z]{3,})s\b")
+# A colour without a noun: "blue not red", "scrap the blue", "yellow in too".
+_BARE_COLOR = re.compile(
+    r"(?:(?<=^)|(?<=, )|(?<=\. )|(?<=\bthe )|(?<=\bnot )|(?<=\bno )|(?<=\band )|(?<=\bon )|(?<=\bof )|(?<=\bthan )|(?<=\bforget )"
+    r"|(?<=\bscrap )|(?<=\bdrop )|(?<=\badd )|(?<=\bonly )|(?<=\bjust )|(?<=\bfor )|(?<=\bwith )|(?<=\bby )|(?<=\bwithout ))"
+    r"(?P<color>[a-z]{3,})"
+    r"(?=$|,|\.| (?:not|on|in|into|out|too|instead|rather|to|behind|left|right|at|next|beside|goes|for|by|with|stays?|also|as well|and)\b)"
+)
 # Before words for a part: then something is placed by it, and it stays as it is.
 _BY_IT = re.compile(
     r"\b(?:left of|right of|side of|end of|front of|top of|back of|behind|next to|beside|between|near|close to|from"
@@ -102,6 +109,11 @@ class PartsSaid:
     words: str
 
 
+def colors_of(each: SceneObject) -> tuple[str, ...]:
+    """Return the colours of an object; none where they are not known."""
+    return tuple(each.attributes.colors) if each.attributes is not None else ()
+
+
 class GoalText:
     """A sentence about a goal, with what its words mean.
 
@@ -132,14 +144,21 @@ class GoalText:
         return GoalText(said, self.goal, self.objects, self.encoder)
 
     def _with_nouns(self, said: str) -> str:
-        """Return "the reds" as "the red ones", where no object is called so."""
+        """Return "the reds" as "the red ones" and "blue" as "blue one", where no object is called so."""
         kinds = {self.kind(index) for index in range(len(self.names))}
 
         def written_out(match: re.Match[str]) -> str:
             color = match["color"]
             return match.group() if not is_color(color) or color in kinds else f"{color} ones"
 
-        return _COLORED.sub(written_out, said)
+        def with_noun(match: re.Match[str]) -> str:
+            color = match["color"]
+            number = sum(color in colors_of(each) for each in self.objects)
+            if not number or not is_color(color) or color in kinds:
+                return match.group()
+            return f"{color} {'one' if number == 1 else 'ones'}"
+
+        return _BARE_COLOR.sub(with_noun, _COLORED.sub(written_out, said))
 
     @cached_property
     def _candidates(self) -> Candidates:
@@ -157,7 +176,8 @@ class GoalText:
     def mentions(self) -> list[ObjectsSaid]:
         """Return the noun phrases that choose objects."""
         # "The bowl instead of the cup" has no thing that is called "instead".
-        said = _INSTEAD.sub(lambda match: ",".ljust(len(match.group())), self.said)
+        # Neither has "the drill 3 cm closer" a third drill.
+        said = _NO_OBJECT.sub(lambda match: ",".ljust(len(match.group())), self.said)
         found = read_mentions(said, vocabulary(self.names)).mentions
         kept = []
         for mention in found:

@@ -14,6 +14,11 @@ _MORE = re.compile(
     r"\b(?:more|further|farther|extra|additional(?:ly)?|longer|bigger|larger|wider|greater|another|add)\b"
 )
 _LESS = re.compile(r"\b(?:less|closer|nearer|shorter|smaller|tighter|narrower|fewer|too (?:much|far|long|wide|big))\b")
+# Before a length that is what it should be: "closer, 3 cm" is no 3 cm closer.
+_TO_BE = re.compile(
+    r"\b(?:further|farther|longer|bigger|larger|wider|greater|closer|nearer|shorter|smaller|tighter|narrower|too (?:much|far|long|wide|big))\b"
+    r"[^,]*, *(?:(?:about|only|just|say|like|to|maybe|make it) )*$"
+)
 _SCALED = re.compile(
     r"\b(?:(?P<double>twice|double)|(?P<half>half)|(?P<three>three times|triple))(?: (?:as|the|that))*"
     r"(?: (?:far|much|distance|gaps?|spacing|radius|length|long|wide|big|space))?(?: (?:apart|away))?\b"
@@ -86,7 +91,8 @@ def _amount(text: GoalText, spans: list[Span]) -> tuple[float, str] | None:
         ((place, (metres, end)),) = lengths.items()
         spans.append((said.spans[place][0], said.spans[end - 1][1]))
         spans += [match.span() for pattern in (_MORE, _LESS) for match in pattern.finditer(text.said)]
-        return (sign * metres, "add") if sign else (metres, "set")
+        to_be = _TO_BE.search(text.said[: said.spans[place][0]])
+        return (sign * metres, "add") if sign and not to_be else (metres, "set")
     if scaled := _SCALED.search(text.said):
         spans.append(scaled.span())
         return (2.0 if scaled["double"] else 0.5 if scaled["half"] else 3.0), "scale"

@@ -10,15 +10,18 @@ import re
 from collections.abc import Iterator
 
 from grounding.dialogue.goal_changes import objects_of
+from grounding.dialogue.goal_mentions import colors_of
 from grounding.dialogue.goal_revision import Turn
 from grounding.dialogue.part_checks import unsaid
 from grounding.dialogue.part_replacements import about_some
 from grounding.dialogue.revision_words import (
     AFRESH,
+    DENYING,
     EVERYTHING,
     KEPT,
     NO_SIDE,
     ONE_OF_A_ROW,
+    RELATED_BY,
     SIDES,
     SUPERLATIVE,
     THAT_PLACE,
@@ -45,7 +48,7 @@ def unsupported(turn: Turn, goal: Goal, kind: str) -> str:
         return reason
     if reason := _contradicted(turn, goal):
         return reason
-    if reason := _unused_side(turn, goal) or _unclear_loss(turn, goal):
+    if reason := _unused_side(turn, goal) or _unclear_loss(turn, goal) or _denied_object(turn, goal):
         return reason
     if kind in ("new", "add") and (reason := _of_the_goal(turn, goal)):
         return reason
@@ -115,6 +118,31 @@ def _unused_side(turn: Turn, goal: Goal) -> str:
         if match is not None and values and not re.search(shown, values):
             return f"{match.group()!r} would be left out"
     return ""
+
+
+def _denied_object(turn: Turn, goal: Goal) -> str:
+    """What a sentence says shall not be, does not stay all that it was: "blue ones, not red"."""
+    said = turn.said.said
+    for match in DENYING.finditer(said):
+        starts = [one for one in turn.said.mentions if one.span[0] <= match.end() < one.span[1]]
+        denied = {index for one in starts for index in one.indices}
+        end = max((one.span[1] for one in starts), default=match.end())
+        if not denied and (colour := re.compile(r"[a-z]+").match(said, end)) is not None:
+            word, end = colour.group(), colour.end()
+            denied = {n for n, each in enumerate(turn.said.objects) if word.removesuffix("s") in colors_of(each)}
+        denied &= set(turn.last.named_objects())
+        if RELATED_BY.match(said, end) or not denied:
+            continue  # "not the cup on the plate" is about the relation
+        if _uses(goal, denied) >= _uses(turn.last, denied):
+            return f"{said[match.start() : end]!r} would change nothing"
+    return ""
+
+
+def _uses(goal: Goal, some: set[int]) -> int:
+    """Return how often the parts of a goal name any of some objects."""
+    ends = [part.reference if isinstance(part, RelationPart) else part.around for part in goal.parts]
+    named = [one for objects in (*ends, *(part.objects for part in goal.parts)) for one in objects_of(goal, objects)]
+    return sum(one in some for one in named)
 
 
 def _of_the_goal(turn: Turn, goal: Goal) -> str:

@@ -119,6 +119,9 @@ NO_SIDE = _having(
     r"right_now"
     r"that's_right is_right fine left_over what's_left to_my back_to go_back put_back \w+n't actually sorry was were is"
 )
+# Before the words for what shall not be, and what may follow these.
+DENYING = re.compile(r"\b(?:not|never|instead of|rather than|lose|drop)(?: (?:of )?(?:the|that|this|my|any|those|these))* ")
+RELATED_BY = re.compile(r" (?:on|in|inside|behind|left|right|next|beside|between|at|to|in front|under|near|from|part|is|are)\b")
 AFRESH = _having("scrap skip forget scratch start_again start_over start_afresh new_plan new_idea drop")
 NOTHING_ELSE = _having(
     "only merely nothing_else nowt_else that's_it thats_it that's_all finish afresh bin ditch abandon changed_my_mind "

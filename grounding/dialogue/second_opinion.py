@@ -2,8 +2,8 @@
 
 The rules of corrections know what they read, and refuse most of what people say in other words. The network reads all
 of it and says how certain it is. Where the rules found nothing, its goal is used if it is certain, knows every word and
-changes nothing that the sentence has no words for, else offered as a question; where the rules found another goal, a
-certain network makes a question with both.
+changes nothing that the sentence has no words for; else its likeliest goals are offered as a question. Where the rules
+found another goal, a certain network makes a question with both.
 """
 
 from __future__ import annotations
@@ -24,13 +24,24 @@ from grounding.goals.parts import GoalError, Part, RelationPart, StructurePart
 from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
-CERTAIN = 0.95  # in place of a refusal
-LIKELY = 0.5  # offered in place of a refusal
+CERTAIN = 0.8  # in place of a refusal
+CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
+LIKELY = 0.04  # offered in place of a refusal
+LIKELY_OF_UNKNOWN = 0.5  # the same, where the network does not know every word
+MOST_OFFERED = 2
+REFUSES = 0.5  # that the sentence is a remark, or asks for what cannot be built: nothing is offered
 DOUBTS = 0.95  # another goal than the rules read, or none
+LONG = 10  # words: the rules read shorter corrections as well as the network does
 AS_IT_IS = "leave the goal as it is"
 _ONLY_A_REMARK = "nothing"
 _VAGUE = "not understood"  # in a refusal without a reason of its own
 _LONGEST = 400  # characters of a correction
+_NO_WISHES = ("nothing", "impossible")
+_CALCULATED = re.compile(  # lengths, and what is to be done likewise
+    r"\d|\bsame\b|\b(?:cm|mm|centi\w+|milli\w+|met(?:er|re)s?|inch\w*|f(?:oo|ee)t|fingers?|hands?|closer|nearer|further|farther|longer"
+    r"|shorter|wider|narrower|apart)\b",
+    re.IGNORECASE,
+)
 _THE_SAME = re.compile(r"\bthe same\b", re.IGNORECASE)  # "the same with the boxes": the network would add the boxes
 
 
@@ -51,24 +62,59 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
         return found
     if found.status == "ok":
         return _doubted(turn, found, second)
-    if second.goal is None or second.certainty < LIKELY or _same(turn, second.goal, turn.last):
-        return found
-    goes_on = any(part in turn.last.parts or _like_one_of(part, turn.last) for part in second.goal.parts)
-    kind = "edit" if goes_on else "new"
-    if second.certainty >= CERTAIN and not second.unknown and not unsupported(turn, second.goal, kind):
+    if _certain(turn, second):
         return _network_goal(turn, found, second)
-    question = f"{shortened(turn.text)!r} was not understood for certain: is this the goal that is meant?"
-    return _question(turn, found, question, [second.goal, turn.last])
+    offered = _offered(turn, second)
+    if not offered:
+        return found
+    which = "is this the goal that is meant?" if len(offered) == 1 else "is one of these the goal that is meant?"
+    question = f"{shortened(turn.text)!r} was not understood for certain: {which}"
+    return _question(turn, found, question, [*offered, turn.last])
+
+
+def _certain(turn: Turn, second: NetworkReading) -> bool:
+    """Return whether the network's likeliest goal is used."""
+    if second.goal is None or second.unknown or _same(turn, second.goal, turn.last):
+        return False
+    enough = CERTAIN_OF_CALCULATED if _CALCULATED.search(turn.text) else CERTAIN
+    return second.certainty >= enough and not unsupported(turn, second.goal, _kind(turn, second.goal))
+
+
+def _offered(turn: Turn, second: NetworkReading) -> list[Goal]:
+    """Return the network's goals that a sentence may mean, first those that it has words for."""
+    readings = (second, *second.others)
+    if _is_no_wish(second):
+        return []
+    least = LIKELY_OF_UNKNOWN if second.unknown else LIKELY
+    goals = [
+        each.goal for each in readings
+        if each.goal is not None and each.certainty >= least and not WEIGHTY & set(each.uncopied)
+        and not brings_together(each) and not _same(turn, each.goal, turn.last)
+    ]  # fmt: skip
+    return sorted(goals, key=lambda goal: bool(unsupported(turn, goal, _kind(turn, goal))))[:MOST_OFFERED]
+
+
+def _is_no_wish(second: NetworkReading) -> bool:
+    """Return whether the sentence is a remark, or asks for what cannot be built."""
+    return sum(each.certainty for each in (second, *second.others) if each.answer in _NO_WISHES) > REFUSES
+
+
+def _kind(turn: Turn, goal: Goal) -> str:
+    """Return the kind of revision that leads to a goal: "new" where it has nothing of the last one."""
+    goes_on = any(part in turn.last.parts or _like_one_of(part, turn.last) for part in goal.parts)
+    return "edit" if goes_on else "new"
 
 
 def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
     """Return whether the network is asked: not about the first instruction, nor a goal that stands in part."""
     moved = any(isinstance(part, RelationPart) and part.relation == "moved" for part in turn.last.parts)
-    reasoned = found.status in ("ask", "unchanged") or (
+    answerable = found.status == "ask" and bool(found.choices)
+    reasoned = answerable or found.status == "unchanged" or (
         (found.status, found.kind) == ("refused", "new") and _VAGUE not in found.message
     )
     the_same = found.plain is not None and found.plain.objects_how == "replace" and _THE_SAME.search(turn.text)
-    settled = reasoned or the_same or (turn.built and moved) or _drops_named_part(turn, found)
+    missing = found.status == "refused" and any(not one.numbers for one in turn.said.parts)  # "drop the line" of two circles
+    settled = reasoned or the_same or missing or (turn.built and moved) or _drops_named_part(turn, found)
     return bool(turn.last.parts) and not settled and len(turn.text) <= _LONGEST
 
 
@@ -79,17 +125,30 @@ def _drops_named_part(turn: Turn, found: GoalRevision) -> bool:
 
 
 def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRevision:
-    """Return what the rules found, or a question where the network is certain of something else."""
+    """Return what the rules found, or a question where the network is certain of something else, or reads a long sentence
+    in no way like them.
+    """
     first = goal_after(turn, found)
-    if first is None or second.certainty < DOUBTS:
+    if first is None:
         return found
-    if second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
+    certain = second.certainty >= DOUBTS
+    if certain and second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
         question = f"{shortened(turn.text)!r} can be read in two ways: which goal is meant?"
         return _question(turn, found, question, [first, second.goal])
-    if second.answer and found.kind == "edit" and not _same(turn, first, turn.last):
+    if (_is_no_wish(second) or certain and second.answer) and found.kind == "edit" and not _same(turn, first, turn.last):
         doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
         return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])
+    if len(turn.text.split()) >= LONG and not _same(turn, first, turn.last) and _support(turn, first, second) < LIKELY:
+        others = [goal for goal in _offered(turn, second) if not _same(turn, goal, first)]
+        question = f"{shortened(turn.text)!r} was not understood for certain: what is the goal now?"
+        return _question(turn, found, question, [*others[:MOST_OFFERED], first, turn.last])
     return found
+
+
+def _support(turn: Turn, goal: Goal, second: NetworkReading) -> float:
+    """Return how certain the network is of a goal."""
+    readings = [each for each in (second, *second.others) if each.goal is not None]
+    return sum(each.certainty for each in readings if each.goal is not None and _same(turn, each.goal, goal))
 
 
 def goal_after(turn: Turn, found: GoalRevision) -> Goal | None:

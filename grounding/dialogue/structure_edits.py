@@ -214,8 +214,10 @@ def _objects_then(part: StructurePart, revision: Revision, text: GoalText, own: 
         gone = _selected(text, revision.objects_out_text, inside=own)
     if how == "add" and set(comes) <= own:
         raise CannotApplyError(f"{', '.join(text.names[index] for index in comes)}: in it already")
-    kept = [index for index in before if index not in gone]
-    return tuple(dict.fromkeys((*kept, *comes)))
+    place = next((place for place, index in enumerate(before) if index in gone), len(before))  # what comes stands there
+    place = place if how in ("exchange", "swap") else len(before)
+    kept = [index for index in before[:place] if index not in gone], [index for index in before[place:] if index not in gone]
+    return tuple(dict.fromkeys((*kept[0], *comes, *kept[1])))
 
 
 def _selected(text: GoalText, words: str, inside: set[int] | None = None, outside: set[int] | None = None) -> list[int]:

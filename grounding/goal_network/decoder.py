@@ -71,6 +71,10 @@ class Writing:
     written: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     length: int = 0
 
+    def copy(self) -> Writing:
+        """Return the same goal so far, to be continued in another way."""
+        return Writing(self.memory, self.said, list(self.written), self.length)
+
 
 class GoalDecoder:
     """The network: its own upper layers of the encoder, and the decoder.

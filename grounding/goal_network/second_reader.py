@@ -9,13 +9,14 @@ are then quoted in a note.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
 from grounding.goal_network.parts import DIAMETER, UnreadLengthError, parts_of
+from grounding.goal_network.vocabulary import NOTHING
 from grounding.goal_network.writer import NetworkWriter, WrittenGoal
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.feasibility import infeasible, too_few
@@ -31,14 +32,15 @@ from grounding.references.attributes import SceneObject
 from grounding.references.object_names import vocabulary
 from grounding.references.phrases import Vocabulary
 from grounding.references.word_forms import FORMS
-from grounding.spec import SLOTS
+from grounding.spec import SLOTS, StructureSpec
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
-CERTAIN = 0.8  # in place of a refusal or a question
+CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
 MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
+LIKELIEST = 5  # readings of a correction: in four of ten that the first one misses, another is right
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
@@ -63,6 +65,8 @@ WEIGHTY_IF_UNKNOWN = frozenset(
     "later yesterday minutes seconds hours touch touches touching contact something somehow space room "
     "denser sparser trapezoid hexagon pentagon octagon rhombus".split()
 )
+# Those of them that the labelled corrections have often, with goals that hold them.
+_TAUGHT_IN_CORRECTIONS = frozenset("without open never".split())
 _PARALLEL = frozenset("parallel perpendicular".split())  # of a line to an edge; no goal holds how an object lies
 # An order that an instruction asks for.
 _ORDERED = re.compile(
@@ -85,6 +89,7 @@ class NetworkReading:
         uncopied: words of the instruction that are in no phrase for objects or lengths.
         unknown: those of them that the network was not taught, or that no goal can hold.
         answer: what was written in place of a goal, a word of `NO_GOAL`; "" for a goal.
+        others: less likely readings of a correction, the likeliest first; those of the same goal are added up in one.
     """
 
     goal: Goal | None = None
@@ -96,6 +101,7 @@ class NetworkReading:
     uncopied: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
     answer: str = ""
+    others: tuple[NetworkReading, ...] = ()
 
 
 @dataclass
@@ -149,13 +155,24 @@ class SecondReader:
         """
         there = _scene_objects(objects) or []
         rendition = rendition_of(goal, there)
-        written = None if self._corrections is None else self._corrections.write(f"{rendition.text} {text}")
-        if written is None or (DIAMETER.search(text) and "radius" in rendition.text):
+        if self._corrections is None or (DIAMETER.search(text) and "radius" in rendition.text):
             return NetworkReading()
-        read = self._resolved(AfterGoal(written.words, written.actions, written.certainty, rendition), text, there)
+        written = self._corrections.likeliest(f"{rendition.text} {text}")
         taught = self._corrections.network.taught_words
-        unknown = (word for word in read.uncopied if word in WEIGHTY_IF_UNKNOWN or (word[0].isalpha() and word not in taught))
-        return replace(read, unknown=tuple(unknown))
+        found = list[NetworkReading]()
+        for one in written:
+            after = AfterGoal(one.words, one.actions, one.certainty, rendition)
+            read = self._resolved(after, text, there)
+            read = replace(read, certainty=one.certainty, unknown=_unknown(after.uncopied, taught))
+            like = next((n for n, each in enumerate(found) if _alike(each, read, len(there))), None)
+            if like is None:
+                found.append(read)
+            else:
+                found[like] = replace(found[like], certainty=found[like].certainty + read.certainty)
+        if not found:
+            return NetworkReading()
+        first, *others = sorted(found, key=lambda each: -each.certainty)
+        return replace(first, others=tuple(others))
 
     def _resolved(
         self, written: WrittenGoal, text: str, there: list[SceneObject] | None, catalogue: bool = False
@@ -192,6 +209,7 @@ class _LazyWriter:
 
     make: Callable[[], NetworkWriter]
     _last: tuple[str, WrittenGoal | None] | None = field(default=None, repr=False)
+    _last_likeliest: tuple[str, list[WrittenGoal]] | None = field(default=None, repr=False)
 
     @cached_property
     def network(self) -> NetworkWriter:
@@ -201,6 +219,24 @@ class _LazyWriter:
         if self._last is None or self._last[0] != text:
             self._last = text, self.network.write(text)
         return self._last[1]
+
+    def likeliest(self, text: str) -> list[WrittenGoal]:
+        if self._last_likeliest is None or self._last_likeliest[0] != text:
+            self._last_likeliest = text, self.network.likeliest(text, LIKELIEST)
+        return self._last_likeliest[1]
+
+
+def _unknown(words: Sequence[str], taught: Collection[str]) -> tuple[str, ...]:
+    """Return the words of a correction that the network was not taught, or that no goal can hold."""
+    weighty = WEIGHTY_IF_UNKNOWN - _TAUGHT_IN_CORRECTIONS
+    return tuple(word for word in words if word in weighty or (word[0].isalpha() and word not in taught))
+
+
+def _alike(one: NetworkReading, other: NetworkReading, count: int) -> bool:
+    """Return whether two readings come to the same goal, or to the same answer in place of one."""
+    if one.goal is None or other.goal is None:
+        return one.goal is other.goal and bool(one.answer) and one.answer == other.answer
+    return compare_goals(one.goal, other.goal, count).exact
 
 
 def _scene_objects(objects: Sequence[SceneObject | str | None] | None) -> list[SceneObject] | None:
@@ -223,6 +259,7 @@ class FirstReading:
         keeps: whether it may say what stays as it is.
         asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
         sorts: whether it asks for an order.
+        slots: what the parser of the five slots reads, in the speaker's frame; `None` where it refuses or asks.
     """
 
     reading: GoalReading
@@ -234,6 +271,7 @@ class FirstReading:
     keeps: bool = False
     asks_place: bool = False
     sorts: bool = False
+    slots: StructureSpec | None = None
 
     @property
     def plain(self) -> bool:
@@ -266,7 +304,10 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         return False
     if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
         return False  # the network knows no pairs
+    agreed = agrees(second.goal, first.slots)
     if first.status == "ok":
+        if agreed and not first.plain:
+            return second.certainty >= CERTAIN
         if first.plain and (count is None or supports(second.goal, first.goal)):
             return False
         if not first.plain and reading.complete and not reading.corrected and _loses(second.goal, first.goal):
@@ -277,8 +318,13 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     unknown = {word for words in reading.residue for word in re.findall(r"[a-z]+", words.lower())}
     if unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN):
         return False
-    understood = bool(reading.problem) and not reading.residue
+    understood = bool(reading.problem) and not reading.residue and not agreed
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+
+
+def asks_nothing(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether a text is worded like a question about the scene, and the network is certain that it asks for nothing."""
+    return not first.requests and second.answer == NOTHING and second.certainty >= MORE_CERTAIN
 
 
 def _lacks_objects(second: NetworkReading, first: FirstReading) -> bool:
@@ -331,6 +377,11 @@ def doubted(second: NetworkReading, first: FirstReading, count: int | None) -> b
     return second.goal is None or not supports(second.goal, first.goal)
 
 
+def agrees(goal: Goal, slots: StructureSpec | None) -> bool:
+    """Return whether a goal is the plain structure that the parser of the five slots reads: two readers, one goal."""
+    return slots is not None and not more_than_plain(goal) and goal.structures[0].spec == slots
+
+
 def supports(goal: Goal, plain: Goal) -> bool:
     """Return whether a goal is a plain structure of the same objects with no other slots than this one has.
 
@@ -362,8 +413,10 @@ def keeps(text: str) -> bool:
 def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
     """Return the notes on a goal that is used: what it says itself, and the words of which it holds nothing for certain.
 
-    Words that it copied, for objects or lengths, are in the goal that the user sees.
+    Words that it copied, for objects or lengths, are in the goal that the user sees. What the grammar took for an object, as
+    the sun in "the sun is in the south, so ...", is named too.
     """
     uncopied = set(second.uncopied)
-    unread = [words for words in first.residue if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
+    taken = [one for one in first.goal.named_objects() if isinstance(one, str)]
+    unread = [words for words in (*first.residue, *taken) if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
     return tuple(filter(None, (*second.notes, unread_note(unread, second.goal or Goal()))))

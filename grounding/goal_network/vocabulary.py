@@ -14,7 +14,8 @@ from grounding.spec import ROTATIONS, SHAPES, SIZES, X_POSITIONS, Y_POSITIONS
 KEYWORD, START, END = 0, 1, 2  # kinds of actions: a keyword, the first and the last word of a phrase
 
 # Answers in place of a goal: nothing to arrange; what cannot be built; what can be read in several ways.
-NO_GOAL = ("nothing", "impossible", "unclear")
+NOTHING = "nothing"
+NO_GOAL = (NOTHING, "impossible", "unclear")
 MOST_PARTS, MOST_PHRASES, MOST_WORDS, MOST_COUNT, MOST_STRUCTURES = 9, 9, 12, 20, 6
 PLACED = tuple(one for one in RELATIONS if one not in ("at", "moved", "swapped"))
 STRUCTURE_HEADS = tuple(f"{shape} of" for shape in (*SHAPES, "structure"))

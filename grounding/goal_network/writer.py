@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from safetensors.numpy import load_file
 
-from grounding.goal_network.decoder import POSITIONS, GoalDecoder
+from grounding.goal_network.decoder import POSITIONS, GoalDecoder, Writing
 from grounding.goal_network.legal_actions import Legal, legal_actions
-from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action
+from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action, keyword
 from grounding.goal_network.weight_differences import unpacked
 from grounding.goal_reading.tokens import words_of
 from grounding.linear_algebra import one_thread
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
 
 if TYPE_CHECKING:
-    from grounding.parsers.sentence_encoder import SentenceEncoder
+    from grounding.parsers.sentence_encoder import SentenceEncoder, WordStates
 
 WEIGHTS = Path(__file__).parents[1] / "weights" / "goal_network"
 CORRECTIONS = Path(__file__).parents[1] / "weights" / "correction_network"
@@ -31,6 +31,7 @@ UPPER = 3  # layers of the network's own over those of the encoder
 _BASES = {"embedding": PARSER_WEIGHTS / "model.safetensors", "goals": WEIGHTS / "model.safetensors"}
 ENCODER_LAYER = 3  # of the six: the lower three stay as they are
 MOST_SAID = 100  # words; of longer instructions the network reads nothing
+_END = keyword("<end>")
 
 
 class GoalNetworkError(RuntimeError):
@@ -111,10 +112,8 @@ class NetworkWriter:
     def write(self, text: str) -> WrittenGoal | None:
         """Write the goal of an instruction; `None` for one that is empty or longer than `MOST_SAID` words."""
         words = words_of(text)
-        if not words or len(words) > MOST_SAID:
-            return None
-        states = self._encoder.word_states([words], ENCODER_LAYER)
-        if not states.words.all():  # more word pieces than the encoder takes
+        states = self._states(words)
+        if states is None:
             return None
         with one_thread():
             writing = self.decoder.begin(states.hidden, states.first[0])
@@ -129,6 +128,71 @@ class NetworkWriter:
                     return WrittenGoal(tuple(words), tuple(actions), math.exp(certainty))
                 actions.append(action)
         return None
+
+    def likeliest(self, text: str, count: int) -> list[WrittenGoal]:
+        """Write the likeliest goals of an instruction, found by a beam search, the most certain first.
+
+        Args:
+            text: the instruction.
+            count: of goals at most, and the width of the beam; none for a text of which `write` writes nothing.
+        """
+        words = words_of(text)
+        states = self._states(words)
+        if states is None:
+            return []
+        with one_thread():
+            beam = [_Unfinished(self.decoder.begin(states.hidden, states.first[0]))]
+            found: list[WrittenGoal] = []
+            for _ in range(POSITIONS):
+                steps = [step for one in beam for step in one.steps(self.decoder, len(words), count)]
+                steps.sort(key=lambda step: -step.score)
+                found += [WrittenGoal(tuple(words), one.actions, math.exp(one.score)) for one in steps[:count] if one.ended]
+                beam = [one for one in steps[:count] if not one.ended]
+                found = sorted(found, key=lambda goal: -goal.certainty)[:count]
+                least = found[-1].certainty if len(found) == count else 0.0
+                if not beam or math.exp(beam[0].score) <= least:
+                    break
+        return found
+
+    def _states(self, words: list[str]) -> WordStates | None:
+        """Return what the encoder makes of words; `None` for no words, or more than can be read."""
+        if not words or len(words) > MOST_SAID:
+            return None
+        states = self._encoder.word_states([words], ENCODER_LAYER)
+        return states if states.words.all() else None  # there may be more word pieces than the encoder takes
+
+
+@dataclass(frozen=True)
+class _Unfinished:
+    """A goal that a beam search is writing.
+
+    Attributes:
+        writing: what the decoder knows of it before the last action.
+        actions: so far.
+        score: the logarithm of its certainty.
+        ended: whether it is complete.
+    """
+
+    writing: Writing
+    actions: tuple[Action, ...] = ()
+    score: float = 0.0
+    ended: bool = False
+
+    def steps(self, decoder: GoalDecoder, words: int, count: int) -> list[_Unfinished]:
+        """Return it with each of the likeliest actions that may follow."""
+        steps = legal_actions()
+        legal = next(steps)
+        for action in self.actions:
+            legal = steps.send(action)
+        writing = self.writing.copy()
+        shares = _shares(decoder.scores(writing, self.actions[-1] if self.actions else None), legal, words)
+        found = []
+        for best in np.argsort(-shares)[:count]:
+            if shares[best] > 0.0:
+                action, score = _action(int(best), words), self.score + math.log(shares[best])
+                ended = action == _END
+                found.append(_Unfinished(writing, self.actions if ended else (*self.actions, action), score, ended))
+        return found
 
 
 def _base_of(config: Mapping[str, Any], encoder: SentenceEncoder) -> dict[str, np.ndarray]:
@@ -170,6 +234,13 @@ def parser_layers(state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def _likeliest(scores: np.ndarray, legal: Legal, words: int) -> tuple[Action, float]:
     """Return the most likely legal action and its probability among the legal ones."""
+    shares = _shares(scores, legal, words)
+    best = int(shares.argmax())
+    return _action(best, words), float(shares[best])
+
+
+def _shares(scores: np.ndarray, legal: Legal, words: int) -> np.ndarray:
+    """Return the probabilities of the actions among the legal ones, in the order of `GoalDecoder.scores`."""
     allowed = np.zeros(len(scores), dtype=bool)
     allowed[list(legal.keywords)] = True
     starts, ends = len(KEYWORDS), len(KEYWORDS) + words
@@ -177,8 +248,13 @@ def _likeliest(scores: np.ndarray, legal: Legal, words: int) -> tuple[Action, fl
     if legal.end_from is not None:
         allowed[ends + legal.end_from : ends + min(legal.end_from + MOST_WORDS, words)] = True
     scores = np.where(allowed, scores, -np.inf)
-    best = int(scores.argmax())
-    share = 1.0 / float(np.exp(scores - scores[best]).sum())
-    if best < starts:
-        return Action(KEYWORD, best), share
-    return (Action(START, best - starts) if best < ends else Action(END, best - ends)), share
+    shares = np.exp(scores - scores.max())
+    return shares / shares.sum()
+
+
+def _action(number: int, words: int) -> Action:
+    """Return the action with a number in `GoalDecoder.scores`."""
+    starts, ends = len(KEYWORDS), len(KEYWORDS) + words
+    if number < starts:
+        return Action(KEYWORD, number)
+    return Action(START, number - starts) if number < ends else Action(END, number - ends)

@@ -33,6 +33,11 @@ from grounding.references.phrases import Vocabulary
 _CONDITION = re.compile(
     r"(?:if|when|whenever|as soon as|once) (?:you(?:'re|'ve| are| have| can| could| would| will| get| find| feel| don't| may| want to help| please| do me| happen| know| manage)|it(?:'s| is| isn't|'s not| is not| pleases) (?:not |no |n't )?(?:too|to|at all|a|any|much|ok|okay|all right|alright|possible|you)|that(?:'s| is) (?:ok|okay|all right|alright|possible|fine)|(?:i|we) (?:had|were|was|could|weren't))(?= |$)"
 )
+# What is not so: "I'd have done it if it weren't for my knee".
+_UNREAL = re.compile(
+    r"if (?:(?:it|that|this|there) (?:weren't|wasn't|were not|was not|hadn't been|had not been)(?: for)?"
+    r"|(?:it|that) (?:were|was) up to (?:me|us)|i (?:were|was) you)(?= )"
+)
 _REASON = frozenset(
     "because cause cuz coz since as seeing given considering due owing thanks whereas although though otherwise".split()
 )
@@ -114,6 +119,10 @@ class Asides:
         said, word = self.said, self.said.word(place)
         alone = said.word(place - 1) in (",", "", ".", "!", "please", "hey", "ok", "okay") and said.word(place + 1) in ("", *ENDS)
         return alone and word in ADDRESS and not self._clauses.on_table(place)
+
+    def idle_condition(self, place: int) -> bool:
+        """Tell whether a condition begins here that every arm fulfils: "if you have a minute"."""
+        return self._condition(place) is not None or self._phrases(place) is not None
 
     # Subordinate clauses
 
@@ -244,6 +253,9 @@ class Asides:
 
     def _condition(self, place: int) -> int | None:
         """Read "if you have a minute", "when you get a chance", "if it's not too much trouble"."""
+        if self.said.match(_UNREAL, place) is not None:
+            end = self._clauses.end(place + 1)
+            return end if not self._clauses.wishes(place, end, facts=True) else None
         if self.said.match(_CONDITION, place) is None:
             return None
         end = self._clauses.end(place + 2)

@@ -88,7 +88,7 @@ class Chunker:
             *self._aside(place, before),
         ]  # fmt: skip
         longest = max(options, key=lambda chunk: chunk.end, default=None)  # of equal length the first
-        if (condition := condition_at(self.said, place)) is not None:
+        if (condition := condition_at(self.said, place)) is not None and not self._idle_behind(place):
             words, end = condition
             phrase = self.phrases.at(end)
             if words in _WHILE and phrase is not None and stays_at(self.said, phrase.end):
@@ -98,6 +98,10 @@ class Chunker:
         if longest is not None:
             return longest
         return Chunk("unknown", self.said.word(place), place, place + 1)
+
+    def _idle_behind(self, place: int) -> bool:
+        """Return whether a joint stands before a condition that is only polite: "but whenever you find a minute"."""
+        return self.said.word(place) in ("but", "and", "or") and self.asides.idle_condition(place + 1)
 
     def _patterns(self, place: int, before: list[Chunk]) -> list[Chunk]:
         found = []
@@ -127,7 +131,7 @@ class Chunker:
         if (
             (match := said.match(SIZE_ONE, place))
             and before
-            and before[-1].kind in ("comma", "stop")
+            and (before[-1].kind in ("comma", "stop") or before[-1].said.lower().endswith(" be"))
             and any(one.kind == "shape" for one in before)
         ):
             found.append(Chunk("size", SIZES[match[0].group("size")], place, match[1]))

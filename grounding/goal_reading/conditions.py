@@ -15,7 +15,7 @@ from grounding.goal_reading.tokens import Words
 _NUMBER = r"(?:an?|one|two|three|four|five|six|ten|twenty|thirty|half an|a few|a couple of|\d+)"
 _TIME = r"(?:seconds?|minutes?|mins?|secs?|hours?|days?|weeks?|months?|years?)"
 _CONDITION = re.compile(
-    r"(?<!as )(?:but |and |or )?(?:only |just |even )?(?:if(?! (?:you|possible|i|we|it's possible|necessary|needed|need be|so)\b)|unless|(?:until|till)(?! (?:they|it|you|there|that|the)\b)|whenever|provided(?: that)?|providing(?: that)?"
+    r"(?<!as )(?:but |and |or )?(?:only |just |even )?(?:if(?! (?:you|possible|i|we|it's possible|necessary|needed|need be|so)\b)|unless|(?:until|till)(?! (?:they|it|you|there|that|the|then|yesterday|now|today|recently|last)\b)|whenever|provided(?: that)?|providing(?: that)?"
     r"|as long as|so long as|on condition that|assuming(?: that)?|as soon as|the moment(?= (?:i|you|he|she|the|my)\b)|each time|every time)(?= )"
     r"|only when|when(?= (?:(?:i|someone|he|she) (?:clap|claps|say|says|tell|tells|snap|snaps|whistle|whistles|press|give|gives|wave|nod|signal)"
     r"|(?:the \w+|it|they) (?:is|are|rings?|starts?|stops?|beeps?))\b)"
@@ -27,6 +27,8 @@ _TIMES = re.compile(
     r"|(?:\d+|three|four|five|ten|several|a few|many) times|once more and once more|over and over(?: again)?|again and again"
 )
 
+_PERSONS = frozenset("i we you they he she".split())
+_ASKING = frozenset("could shall should must if that".split())
 _MODALS = frozenset("won't will would can't cannot couldn't doesn't don't didn't might may".split())
 
 
@@ -56,7 +58,7 @@ def _counts(chunks: Sequence[Chunk], number: int, narrated: Sequence[bool]) -> b
     timed = _TIMES.fullmatch(chunk.value) is not None
     run = _run(chunks, number, ("stop", "comma") if timed else ("stop",))
     asks = any(
-        (one.kind == "verb" and before.said.lower() not in _MODALS and not (timed and one.said.lower().split()[0].endswith("ed")))
+        (one.kind == "verb" and before.said.lower() not in _MODALS and not _told(chunks, one) and not (timed and one.said.lower().split()[0].endswith("ed")))
         or (one.kind == "shape" and not one.value.definite)
         for before, one in zip([chunk, *run], run, strict=False)
     )
@@ -64,6 +66,12 @@ def _counts(chunks: Sequence[Chunk], number: int, narrated: Sequence[bool]) -> b
     first = next((one.kind for one in run if one.kind not in ("noise", "and")), "")
     asks = asks and (not timed or first in ("verb", "condition", "shape"))  # "my aunt comes tomorrow and I want ..."
     return (asks or alone) and not (timed and narrated[chunk.first])
+
+
+def _told(chunks: Sequence[Chunk], verb: Chunk) -> bool:
+    """Return whether somebody is said to do it: "what you do here every day"; but "could you do it every day"."""
+    said = [one.said.lower() for one in chunks if one.end <= verb.first][-2:]
+    return bool(said) and said[-1] in _PERSONS and said[0] not in _MODALS and said[0] not in _ASKING
 
 
 def _run(chunks: Sequence[Chunk], at: int, ends: tuple[str, ...]) -> list[Chunk]:

@@ -133,6 +133,8 @@ def _of_words(words: str, corner: bool = False) -> Place | None:
         and said[1] in ("left", "right")
     ):
         return Place(x[0])  # "on the far left"
+    if len(words.split()) == 2 and set(x) in ({"center", "left"}, {"center", "right"}):
+        return Place(next(each for each in x if each != "center"), "middle")  # "centre left"
     if len(x) > 1 or len(y) > 1:
         if set(said) == {"middle", "center"}:
             return Place("center", "middle")

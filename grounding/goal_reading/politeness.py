@@ -6,6 +6,11 @@ import re
 
 from grounding.goal_reading.tokens import Words
 
+_VERY = r"(?:(?:so|very|really|just|much|a lot|far|even|way|rather|quite) )*"
+_PLEASANT = (
+    r"(?:great|nice|nicer|lovely|lovelier|cool|wonderful|fantastic|awesome|amazing|perfect|ideal|super|kind|good|better|best|swell|sweet|pretty"
+    r"|prettier|fun|funny|neat|neater|tidier|handy|handier|helpful|useful|practical|convenient|sensible|fine|safer|easier|beautiful)"
+)
 _PHRASES = tuple(
     re.compile(pattern)
     for pattern in (
@@ -15,6 +20,13 @@ _PHRASES = tuple(
         r"i(?: would|'d| will|'ll|'m| am)?(?: really| truly| very much| just| ever so| so| be| so very| most| much)*"
         r" (?:appreciate|grateful|glad|happy|obliged|thankful|delighted|thrilled)(?: it)?(?: very much| a lot)?(?: if| to see| to have)?(?: you (?:could|would|can|might))?",
         r"i (?:was|am|'m) (?:just |kind of |sort of )?(?:hoping|wondering|thinking)(?: that| if| whether| maybe)*(?: (?:you|we) (?:could|can|might|would))?",
+        rf"(?:would|wouldn't) (?:it|that) (?:not )?(?:be|look|feel) {_VERY}{_PLEASANT}(?: of you)?(?: if| to have| to see| to)?(?: (?:you|we) (?:could|would|can))?",
+        rf"(?:it|that|things|the table)(?:'d| would| might| could) (?:be|look|feel|seem) {_VERY}{_PLEASANT}(?: of you)? (?:if|to have|to see)",
+        rf"(?:would|might|could) (?:be|look|feel|seem) {_VERY}{_PLEASANT}(?: to [a-z]+)? if",
+        rf"how {_PLEASANT} (?:it )?would (?:it )?be(?: if| to have| to see)",
+        r"(?:if|when|whenever|once|as soon as) (?:you|you've|there's|there is)(?: (?:get|got|have|find|manage to find|can find|can spare|could spare|happen to have))*"
+        r" (?:(?:a|an|some|the|any|enough) )?(?:(?:spare|free|quiet|little|bit of|calm) )*(?:minute|moment|second|sec|time|chance|opportunity|break)(?: to spare| for (?:me|this|it|that))?",
+        r"in the meantime|meanwhile|in the meanwhile|for the moment",
         r"(?:it would|it'd|that would|that'd) (?:be (?:so |very |really |just )?(?:great|nice|lovely|cool|wonderful|fantastic|awesome|amazing|perfect|ideal|super|kind|good|swell|sweet)(?: of you)?"
         r"|make (?:my|our) (?:day|week|life)(?: easier)?|make me (?:so |very |really )?happy|help(?: me| us)?(?: a lot| a great deal| so much| greatly)?|mean (?:a lot|the world|so much)(?: to me)?)"
         r"(?: if| to have| to)?(?: (?:you|we) (?:could|would|can))?",

@@ -25,6 +25,7 @@ from grounding.goal_reading.rewordings import reworded
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences, UnjudgedError
 from grounding.goal_reading.spelling import corrected
 from grounding.goal_reading.tokens import Words, fluent, split, with_lengths
+from grounding.goal_reading.unread_descriptions import with_descriptions_unread
 from grounding.goal_reading.vague_directions import vague_direction
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart
@@ -144,7 +145,7 @@ class GoalReader:
             else [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]
         )
         nouns = Vocabulary(FORMS) if there is None else vocabulary([each.name for each in there])
-        said = self.chunks(text, nouns)
+        said = self.chunks(text, nouns, not before.parts)
         chunks = without_corrections(said)
         corrections = any(chunk.kind in ("correction", "not") for chunk in said)
         find = SceneReferences(there, self._encoder, catalogue, self._opposite)
@@ -207,14 +208,21 @@ class GoalReader:
             notes=tuple(dict.fromkeys((*find.notes, *composer.notes))),
         )
 
-    def chunks(self, text: str, nouns: Vocabulary) -> list[Chunk]:
-        """Divide an instruction into chunks, typing errors mended."""
+    def chunks(self, text: str, nouns: Vocabulary, alone: bool = False) -> list[Chunk]:
+        """Divide an instruction into chunks, typing errors mended.
+
+        Args:
+            text: any string.
+            nouns: that are known.
+            alone: whether no goal was said before: a correction may well compare ("like the first one").
+        """
         known: Collection[str] = self._encoder.whole_words if self._encoder is not None else ()
         said: Words = reworded(fluent(split(text, lambda word: corrected(word, nouns, known))))
         said, metres = with_lengths(said, lengths_of(said))
         narrated = Sentences(list(said.words), nouns.forms).narrated
         chunks = without_idle_conditions(Chunker(said, metres, nouns).chunks(), narrated)
-        return without_reports(chunks, said, Clauses(said, nouns), narrated)
+        chunks = without_reports(chunks, said, Clauses(said, nouns), narrated)
+        return with_descriptions_unread(chunks, said) if alone else chunks
 
 
 def _unused(

@@ -30,6 +30,12 @@ def without_reports(
             continue
         told = run and (all(all(narrated[one.first : one.end]) for one in run) or said.word(run[0].first) in _SUBJECTS)
         told = told and said.word(run[0].first) not in _CONDITIONS
+        if told and (subject := _subject_of_event(run)) is not None and not _asked(run, said):
+            kept += subject
+            run = []
+            if chunk is not None:
+                kept.append(chunk)
+            continue
         numbers = any(said.word(i).isdecimal() for one in run for i in range(one.first, one.end))
         kept += [] if told and not numbers and _reports(run) and not clauses.wishes(run[0].first, run[-1].end) else run
         run = []
@@ -57,6 +63,46 @@ def _reports(run: Sequence[Chunk]) -> bool:
     )
 
 
+def _subject_of_event(run: Sequence[Chunk]) -> list[Chunk] | None:
+    """Return the objects of which something is told that is over: "the mugs" in "the mugs came in a big parcel".
+
+    They stay, for what follows may speak of "them". `None` where nothing of that kind is told.
+    """
+    subject = next((i for i, one in enumerate(run) if one.kind not in ("noise", "comma", "and")), None)
+    if subject is None or run[subject].kind != "noun phrase":
+        return None
+    event = next((i for i, one in enumerate(run) if _event(run, i, subject)), None)
+    if event is None or event <= subject or any(one.kind in ("shape", "verb") and i != event for i, one in enumerate(run)):
+        return None
+    told = run[event:]
+    if any(one.kind in ("comma", "and") and after.kind == "noun phrase" for one, after in zip(told, told[1:], strict=False)):
+        return None  # "the cans came today, the bowls on the left"
+    return list(run[: subject + 1]) if known([run[subject].value]) else []
+
+
+def _event(run: Sequence[Chunk], at: int, subject: int) -> bool:
+    """Return whether a verb stands here that only tells something: "came", or "are from" right after the subject."""
+    one = run[at]
+    if one.kind == "unknown" and one.value in _EVENTS:
+        return True
+    said = [each.said.lower() for each in run[at : at + 2]]
+    if said[0] in ("has", "had") and len(said) == 2 and said[1].split()[0] in ("a", "an", "no", "some"):
+        return True  # "the bowl at the back has a crack"
+    return one.kind == "noise" and at == subject + 1 and (said[0] in ("was", "were") or said in (["is", "from"], ["are", "from"]))
+
+
+def _asked(run: Sequence[Chunk], said: Words) -> bool:
+    """Return whether a word of these chunks may ask for something after all."""
+    return any(said.word(i) in _ASKING for one in run for i in range(one.first, one.end))
+
+
+# Verbs in a tense that never asks for anything.
+_EVENTS = frozenset(
+    "came arrived fell broke cost belonged went won got survived leaked burst disappeared appeared happened lay stood sat travelled traveled was were".split()
+)
+_ASKING = frozenset(
+    "want wants wanted need needs needed should must shall ought supposed meant if wish that which who would could might may can go goes belong belongs".split()
+)
 _PAST = frozenset(
     "came bought lost broke fell saw said got gave told cried brought belonged went won stood was were had wasn't weren't".split()
 )

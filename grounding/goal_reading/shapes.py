@@ -23,7 +23,8 @@ SIZES = {
     **dict.fromkeys("large big wide huge broad long loose spacious giant roomy".split(), "large"),
 }
 SIZE_ONE = re.compile(
-    rf"(?:a |an )?(?:(?:nice|really|very|pretty|quite) )*(?P<size>{'|'.join(word for word in SIZES if ' ' not in word)}) one(?= [,.;!]|$)"
+    rf"(?:a |an )?(?:(?:nice|really|very|pretty|quite) )*(?P<size>{'|'.join(word for word in SIZES if ' ' not in word)}) one"
+    r"(?= [,.;!]|$| (?:on|at|in|near|along) (?:the|my|your)\b)"
 )  # "a row, a long one"
 _FILLERS = frozenset(
     "neat nice straight perfect tidy even single proper regular simple pretty good closed full complete beautiful lovely normal really "

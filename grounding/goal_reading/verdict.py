@@ -63,7 +63,7 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         taken_back = (
             plain and (reading.corrected or known) and parse.status == "ok" and parse.spec == reading.goal.parts[0].spec
         )
-        if _only_reported(parse, reading) or (plain and not taken_back and not (known and _places_chose(parse, reading))):
+        if _only_reported(parse, reading) or (plain and not taken_back and not _shape_missed(parse, reading) and not (known and _places_chose(parse, reading))):
             return None
         return Verdict("ok")
     refused = parse.status == "refused" and not (_idle(parse) and not reading.verbs) and not _asks(parse.text)
@@ -107,6 +107,13 @@ def verdict(parse: Parse, reading: GoalReading, known: bool = False) -> Verdict 
         text = f"it is not clear what should go where in {shortened(parse.text)!r}; say each part plainly, as 'put the mug left of the bowl, then stack the cans'"
         return Verdict("refused", text)
     return None
+
+
+def _shape_missed(parse: Parse, reading: GoalReading) -> bool:
+    """Return whether only the reader of goals found a shape, and else both found the same: "put the cups abreast"."""
+    spec = reading.goal.parts[0].spec
+    slots = ((getattr(parse.spec, slot), getattr(spec, slot)) for slot in SLOTS)
+    return parse.spec.shape is None and spec.shape is not None and all(read in (None, other) for read, other in slots)
 
 
 def _places_chose(parse: Parse, reading: GoalReading) -> bool:

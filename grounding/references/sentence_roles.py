@@ -140,7 +140,7 @@ class Sentences:
         narrated = [False] * len(self.words)
         start = 0
         for place in range(len(self.words) + 1):
-            if place == len(self.words) or self.words[place] in STOPS or self._new_thought(place):
+            if place == len(self.words) or self.words[place] in (*STOPS, ":") or self._new_thought(place):
                 self._mark_narrated(start, place, narrated)
                 start = place + 1
         return narrated

@@ -1,11 +1,13 @@
 """A goal in the words of the goal network, and the network's goal after a correction."""
 
+from dataclasses import replace
+
 import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.goal_rendition import AfterGoal, object_phrases, rendition_of
 from grounding.goal_network.second_reader import SecondReader
-from grounding.goal_network.vocabulary import END, KEYWORD, NUMBER_OF, START, Action
+from grounding.goal_network.vocabulary import END, KEYWORD, NUMBER_OF, START, Action, keyword
 from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Order, PartReference, RelationPart, StructurePart
@@ -60,10 +62,17 @@ class Writes:
         copied = [Action(START, old - 1), Action(END, old), Action(START, new), Action(END, new + 1)]
         return WrittenGoal(tuple(words), (Action(KEYWORD, NUMBER_OF["tower of"]), *copied), 0.9)
 
+    def likeliest(self, text, count):
+        first = self.write(text)
+        again = replace(first, actions=(first.actions[0], *first.actions[3:], *first.actions[1:3]), certainty=0.05)
+        return [first, again, replace(first, actions=(keyword("nothing"),), certainty=0.03)]
+
 
 def test_correction_joins_objects_of_the_goal_with_named_ones():
     found = SecondReader(Writes, corrector=Writes).correct(Goal((TOWER,)), "on top put red cup", OBJECTS)
-    assert str(found.goal) == "tower of 0, 1, 2, 3" and found.certainty == 0.9
+    assert str(found.goal) == "tower of 0, 1, 2, 3"
+    assert found.certainty == pytest.approx(0.95)  # of both ways to write it
+    assert [(each.answer, each.certainty) for each in found.others] == [("nothing", 0.03)]
     assert found.uncopied == ("on", "top", "put") and not found.unknown
 
 

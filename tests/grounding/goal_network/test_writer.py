@@ -44,8 +44,16 @@ def test_sentences_are_read_into_parts(writer, text, parts):
     assert parts_of(written, text) == WrittenParts(tuple(parts))
 
 
+def test_likeliest_goals_are_distinct_and_the_most_certain_first(writer):
+    found = writer.likeliest("the tins want stacking over on the left", 4)
+    certainties = [each.certainty for each in found]
+    assert found[0] == writer.write("the tins want stacking over on the left")
+    assert len({each.actions for each in found}) == 4
+    assert certainties == sorted(certainties, reverse=True) and sum(certainties) <= 1.0
+
+
 def test_no_words_and_too_many_words_are_not_read(writer):
-    assert writer.write("") is None
+    assert writer.write("") is None and writer.likeliest("", 4) == []
     assert writer.write("stack " * (MOST_SAID + 1)) is None
     assert (
         writer.write("supercalifragilisticexpialidocious " * (MOST_SAID - 1)) is None
