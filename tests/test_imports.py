@@ -22,7 +22,7 @@ LAYERS = (
     ("grounding.corpus", "grounding.viewpoint", "structdiffusion.footprints"),
     ("grounding.benchmark", "grounding.parsers", "structdiffusion.objects", "structdiffusion.structures"),
     ("grounding.references", "structdiffusion.layouts", "structdiffusion.simulation"),
-    ("grounding.goal_reading",),
+    ("grounding.goal_reading", "grounding.slot_corrections"),
     ("grounding.foreign_languages", "grounding.goal_benchmark", "grounding.unsupported", "structdiffusion.relations"),
     ("grounding.goal_network",),
     ("grounding.dialogue", "grounding.llm_goals"),

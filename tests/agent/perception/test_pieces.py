@@ -20,11 +20,11 @@ def squares(apart=0.0):
     return np.column_stack((VOXEL * rows, across, np.full(len(rows), 0.02))), own
 
 
-def pieces_of(positions, shapes, mask, regions=None, lab=None, votes=None):
+def pieces_of(positions, shapes, mask, regions=None, lab=None, votes=None, certainty=(0.9, 0.95, 0.88)):
     count = len(positions)
     up = np.tile((0.0, 0.0, 1.0), (count, 1))
     masks = VoxelMasks(
-        mask, np.ones(count), positions if votes is None else votes, positions, np.array([0.9, 0.6, 0.8]),
+        mask, np.ones(count), positions if votes is None else votes, positions, np.array(certainty),
         np.array([[0.0, 0.1 * k, 0.0] for k in range(3)]), np.full(3, 0.01),
     )  # fmt: skip
     surface = Surface(positions, up, lab, EYE, REACH)
@@ -45,6 +45,15 @@ def test_a_piece_is_what_no_proposal_divides():
     assert len(np.unique(found)) == 3
     for number in range(3):
         assert len(np.unique(found[own == number])) == 1
+
+
+def test_masks_divide_only_where_several_are_certain():
+    positions, own = squares()
+    whole = np.zeros(len(own), dtype=int)
+    assert len(np.unique(pieces_of(positions, whole, own).of_voxel)) == 3
+    assert (pieces_of(positions, whole, own, certainty=(0.9, 0.5, 0.5)).of_voxel == 0).all()
+    two = pieces_of(positions, whole, own, certainty=(0.9, 0.5, 0.9)).of_voxel
+    assert len(np.unique(two)) == 2 and two[own == 0][0] != two[own == 2][0]
 
 
 def test_specks_go_to_the_nearest_piece_of_their_shape_and_what_has_no_shape_to_none():
@@ -77,7 +86,7 @@ def test_features_are_lengths_and_shares():
     assert near["gap"] == pytest.approx(VOXEL / 0.02, abs=0.2)
     assert far["gap"] == pytest.approx((VOXEL + 0.05) / 0.02, abs=0.2)
     assert (near["one shape"], far["one shape"]) == (0.0, 1.0)
-    assert (near["one mask"], far["one mask"], far["one certain mask"]) == (0.0, 1.0, pytest.approx(0.6))
+    assert (near["one mask"], far["one mask"], far["one certain mask"]) == (0.0, 1.0, pytest.approx(0.95))
     assert far["one region"] == 0.0
     assert near["masks apart"] == pytest.approx(min(0.1 / 0.02, 4.0))
     assert near["middle of the smaller"] == pytest.approx(0.2)
