@@ -42,6 +42,7 @@ _CALCULATED = re.compile(  # lengths, and what is to be done likewise
     r"|shorter|wider|narrower|apart)\b",
     re.IGNORECASE,
 )
+_PROPOSES = re.compile(r"\b(?:what|how) about\b", re.IGNORECASE)  # in the form of a question, and no remark
 _THE_SAME = re.compile(r"\bthe same\b", re.IGNORECASE)  # "the same with the boxes": the network would add the boxes
 
 
@@ -135,7 +136,8 @@ def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRev
     if certain and second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
         question = f"{shortened(turn.text)!r} can be read in two ways: which goal is meant?"
         return _question(turn, found, question, [first, second.goal])
-    if (_is_no_wish(second) or certain and second.answer) and found.kind == "edit" and not _same(turn, first, turn.last):
+    remark = _is_no_wish(second) and not _PROPOSES.search(turn.text)
+    if (remark or certain and second.answer) and found.kind == "edit" and not _same(turn, first, turn.last):
         doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
         return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])
     if len(turn.text.split()) >= LONG and not _same(turn, first, turn.last) and _support(turn, first, second) < LIKELY:
