@@ -62,7 +62,7 @@ def outcome(interpreter, encoder, row):
     ("file", "counts", "right", "with_an_answer", "wrong", "wrong_others"),
     [
         # Before there was a network for corrections: 35 right, 29 wrong, and 5 of the others.
-        ("unseen_corrections.tsv", (217, 72), 55, 119, 11, 1),
+        ("unseen_corrections.tsv", (217, 72), 55, 118, 11, 1),
         # Before instructions about other objects added to the goal: 76 right, 117 with an answer, 22 wrong, 5 of the others.
         ("unseen_corrections_b.tsv", (194, 74), 89, 146, 13, 3),
         # With the network's likeliest goal alone: 32 right, 38 with an answer, 6 wrong; 33, 39 and 4 of the seen ones.
