@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 WEIGHTS = Path(__file__).with_name("piece_network.npz")
-_FARTHEST = 5.0  # standard deviations from the mean that a feature counts
+FARTHEST = 5.0  # standard deviations from the mean that a feature counts
 _CERTAIN = 30.0  # logit: exponentials of more overflow
 
 
@@ -31,7 +31,7 @@ class PieceNetwork:
         """Return the probability (N,) that each pair of pieces, given by its features, is of one object."""
         values = np.array([[pair[name] for name in self.features] for pair in pairs], dtype=np.float32)
         own = self._weights
-        values = np.clip((values - own["mean"]) / own["scale"], -_FARTHEST, _FARTHEST)
+        values = np.clip((values - own["mean"]) / own["scale"], -FARTHEST, FARTHEST)
         hidden = np.maximum(values @ own["hidden"] + own["hidden_bias"][:, None], 0.0)  # (networks, N, H)
         hidden = np.maximum(hidden @ own["second"] + own["second_bias"][:, None], 0.0)
         logits = (hidden * own["out"][:, None]).sum(axis=-1) + own["out_bias"][:, None]

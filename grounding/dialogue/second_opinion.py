@@ -149,7 +149,7 @@ def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRev
 
 def _support(turn: Turn, goal: Goal, second: NetworkReading) -> float:
     """Return how certain the network is of a goal."""
-    readings = [each for each in (second, *second.others) if each.goal is not None]
+    readings = (second, *second.others)
     return sum(each.certainty for each in readings if each.goal is not None and _same(turn, each.goal, goal))
 
 

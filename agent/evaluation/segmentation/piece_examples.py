@@ -25,13 +25,12 @@ from agent.recordings.load import read_recording
 from agent.recordings.recording import DepthFrame, Recording
 from agent.scenes.files import SceneFileError
 from agent.synthetic_tables.arrangements import ARRANGEMENTS
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES, SHAPES
 from structdiffusion.data.scene_sampling import SceneError, draw_scene, full_spec
 from structdiffusion.objects.model import ObjectModel
 
 OBJECTS = "training"
-STRUCTURES = ("circle", "line", "tower", "table setting")  # whose scenes are made hard
-KINDS = (*ARRANGEMENTS, *STRUCTURES)
+KINDS = (*ARRANGEMENTS, *FIRST_SHAPES)  # of tables, and of structures whose scenes are made hard
 _WITHOUT_COLOR = 0.3  # share of recordings
 _PURE = 0.75  # of a piece's voxels, without those of nothing, belong to the object that it is counted for
 _EDGE = 0.3  # of a piece's voxels: with fewer of any object it is none; at the edges of objects there is no truth
@@ -66,7 +65,7 @@ class Place:
 def places(tables: int, recordings: int, seed: int) -> list[Place]:
     """Return so many tables of every class, and hard recordings of every structure."""
     drawn = [Place(kind, number, seed) for number in range(tables) for kind in ARRANGEMENTS]
-    return drawn + [Place(structure, number, seed) for number in range(recordings) for structure in STRUCTURES]
+    return drawn + [Place(structure, number, seed) for number in range(recordings) for structure in FIRST_SHAPES]
 
 
 def examples_at(library: Sequence[ObjectModel], place: Place) -> list[Example]:

@@ -11,7 +11,7 @@ import torch
 
 from agent.evaluation.rows import collect
 from agent.evaluation.segmentation.piece_examples import OBJECTS, Example, examples_at, places
-from agent.perception.piece_network import PieceNetwork
+from agent.perception.piece_network import FARTHEST, PieceNetwork
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.parallel import in_parallel
 
@@ -19,7 +19,6 @@ _NETWORKS, _HIDDEN = 3, 48
 _STEPS, _BATCH = 1500, 256
 _RATE, _DECAY = 3e-3, 1e-2
 _NOISE, _DROPPED = 0.1, 0.1  # of the scaled features, and share of the hidden units
-_FARTHEST = 5.0  # as in `PieceNetwork`
 _HELD_OUT = 0.1  # of the recordings
 
 
@@ -28,7 +27,7 @@ def train_pieces(examples: Sequence[Example], seed: int) -> dict[str, np.ndarray
     names = list(examples[0].features)
     features = np.array([[one.features[name] for name in names] for one in examples], dtype=np.float32)
     mean, scale = features.mean(axis=0), features.std(axis=0) + 1e-2
-    values = torch.from_numpy(np.clip((features - mean) / scale, -_FARTHEST, _FARTHEST))
+    values = torch.from_numpy(np.clip((features - mean) / scale, -FARTHEST, FARTHEST))
     truth = torch.tensor([float(one.one) for one in examples])
     weight = torch.tensor([one.weight for one in examples], dtype=torch.float32)
     trained = [

@@ -52,8 +52,8 @@ def _network() -> EfficientNetLite:
 def with_nouns(recording: Recording, segments: Segments) -> Segments:
     """Return the objects with the nouns that they are taken for.
 
-    An object without a noun of at least `CONFIDENT`, or two kin that have it together, stays "object 3, red, tall". Without the network's weights, without
-    colour, or in an unorganised cloud no object gets one.
+    An object without a noun of at least `CONFIDENT`, or two kin that have it together, stays "object 3, red, tall".
+    Without the network's weights, without colour, or in an unorganised cloud no object gets one.
     """
     frame = recording.frame
     if frame.color is None or not frame.organised or not segments.objects or not nouns_available():
