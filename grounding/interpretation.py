@@ -24,6 +24,7 @@ from grounding.goal_network.second_reader import (
     notes_of,
     sorts,
 )
+from grounding.goal_network.suggestions import suggested_goals
 from grounding.goal_reading.reader import GoalReading, ReadsGoals, more_than_plain
 from grounding.goal_reading.unread_words import unread_note
 from grounding.goal_reading.verdict import not_understood, requests, verdict
@@ -67,6 +68,7 @@ class Interpretation:
         goal: what should hold in the end, in the world's frame; without parts where it is refused or asked about. Its
             objects are indices into those that are there, or the text's words where none are known.
         by_model: whether a language model wrote the goal, and it passed all checks.
+        suggestions: of a refused instruction, goals that it may mean, the likeliest first, in the world's frame.
     """
 
     parse: Parse
@@ -83,6 +85,7 @@ class Interpretation:
     named: tuple[str, ...] = ()
     goal: Goal = Goal()
     by_model: bool = False
+    suggestions: tuple[Goal, ...] = ()
     _reader: ReadsGoals | None = field(default=None, repr=False, compare=False)
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
     _second: SecondReader | None = field(default=None, repr=False, compare=False)
@@ -217,7 +220,7 @@ class Interpretation:
         text = self.parse.text
         asks_place = self.question is not None and self.question.slot != OBJECT
         known = FirstReading(
-            first, self.status, goal, requests(text), idle, excepts(text), keeps(text), asks_place, sorts(text),
+            first, self.status, goal, requests(text), idle, text, excepts(text), keeps(text), asks_place, sorts(text),
             self.parse.spec if self.parse.status == "ok" else None,
         )
         found = self
@@ -239,6 +242,10 @@ class Interpretation:
             )  # fmt: skip
         elif known.half_read:
             found = self._with_note(unread_note(first.residue, self.goal, _words_read(self.parse)))
+        if found.status == "refused" and not catalogue:
+            goals = suggested_goals(self._second.likeliest(text, objects), known.requests)
+            opposite = self.viewpoint == "opposite"
+            found = replace(found, suggestions=tuple(each.turned() if opposite else each for each in goals))
         return replace(found, seconds=self.seconds + time.perf_counter() - started)
 
     def _with_note(self, note: str) -> Interpretation:
@@ -258,6 +265,7 @@ class Interpretation:
             "spec": self.spec.to_dict() | {"objects": None if self.objects is None else list(self.objects)},
             "status": self.status,
             "message": self.message,
+            "suggestions": [goal.to_dict() for goal in self.suggestions],
             "question": {"slot": question.slot, "options": list(question.options)} if question else None,
             "confidence": {slot: round(share, 4) for slot, share in parse.confidence.items()},
             "evidence": {slot: " ".join(words) for slot, words in parse.evidence.items()},

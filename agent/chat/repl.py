@@ -13,7 +13,7 @@ from agent.chat.command_runner import CommandRunner
 from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
 from agent.chat.input import Lines
-from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option
+from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option, is_yes_no
 from agent.chat.view import ChatScreen
 from agent.errors import DEFECT, DONE, NotWritten, UsageError, exit_code_of, one_sentence
 
@@ -129,7 +129,8 @@ class Chat:
 
     def _prompt(self) -> str:
         if self._conversation.question is not None:
-            return f"1-{len(self._conversation.question.options)}> "
+            question = self._conversation.question
+            return "[y/n] > " if is_yes_no(question) else f"1-{len(question.options)}> "
         return "build it? [y/n] > " if self._conversation.situation.proposal is not None else "> "
 
     def handle(self, line: str) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from grounding.dialogue.goal_revision import PART
+from grounding.dialogue.second_opinion import AS_IT_IS
 from grounding.parse_result import Question
 
 YES = ("y", "yes", "yes please", "go", "go ahead", "do it", "build it", "ok", "okay", "sure")
@@ -14,8 +16,14 @@ def bare_words(line: str) -> str:
     return line.lower().rstrip(".!")
 
 
+def is_yes_no(question: Question) -> bool:
+    """Return whether a question offers a single goal, so that yes and no answer it."""
+    goals = [option for option in question.options if option != AS_IT_IS]
+    return question.slot == PART and len(goals) == 1
+
+
 def chosen_option(line: str, question: Question) -> tuple[str | None] | None:
-    """Return the option that a line chooses by its number or its exact words.
+    """Return the option that a line chooses by its number, its exact words, or yes where only one goal is offered.
 
     Args:
         line: what was said.
@@ -30,4 +38,6 @@ def chosen_option(line: str, question: Question) -> tuple[str | None] | None:
     options |= {option.lower(): option for option in question.options}
     if said in options:
         return (options[said],)
+    if said in YES and is_yes_no(question):
+        return (question.options[0],)
     return (None,) if said in _ANY and question.slot != "shape" else None

@@ -125,7 +125,8 @@ def parse_instructions(
 def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
     lines = [f"“{goal.parse.text}”"]
     if goal.status == "refused":
-        return "\n".join([*lines, "  refused"])
+        meant = ("; ".join(describe_part(part, names) for part in one.parts) for one in goal.suggestions)
+        return "\n".join([*lines, "  refused", *(f"  {'may mean':<11} {one}" for one in meant)])
     several = bool(goal.goal.parts) and goal.goal.plain_spec is None
     if several:
         lines += [

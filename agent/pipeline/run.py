@@ -20,6 +20,7 @@ from agent.pipeline.event_builders import (
     chosen_event,
     describe_aside,
     describe_shortfall,
+    may_mean,
     parsed_event,
     perceived_event,
 )
@@ -128,7 +129,7 @@ class _Run:
         self.step, began = "parse", time.perf_counter()
         goal = cache.interpreter(options.reading).interpret(self.text)
         if goal.status != "ok":
-            raise NotBuildable(goal.message)
+            raise NotBuildable("; ".join(filter(None, (goal.message, may_mean(goal)))))
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a changed checkpoint should not cost a minute
         cache.check_planner(options.model, options.weights, options.allow_unverified)
@@ -139,7 +140,7 @@ class _Run:
         goal = goal.among(source.referents, source.catalogue)
         if goal.status != "ok":
             hint = source.hint if goal.status == "refused" else ""
-            raise NotBuildable("; ".join(filter(None, (goal.message, hint))))
+            raise NotBuildable("; ".join(filter(None, (goal.message, may_mean(goal, [each.name for each in source.referents]), hint))))
         notes = (*goal.notes, *(one.card for one in networks.values() if not one.verified))
         spec = goal.goal.plain_spec
         if spec is not None:

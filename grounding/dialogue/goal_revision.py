@@ -33,7 +33,7 @@ class GoalRevision:
         question: only with "ask"; its slot is `PART`, `OBJECT` or a slot of a structure.
         choices: for each option of the question the goal that it leads to, or the text to say in place of the sentence.
         plain: the revision of one structure, where that says it all; the goal is then the last one.
-        read: the interpretation of a new instruction, or of the parts that were added; `None` for a correction.
+        read: how the sentence was read as a whole instruction, or the parts that it adds; `None` where it was not.
     """
 
     goal: Goal

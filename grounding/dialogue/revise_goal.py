@@ -36,6 +36,7 @@ from grounding.dialogue.revision_checks import unsupported
 from grounding.dialogue.scene_reader import GoalReader, SpokenReading
 from grounding.dialogue.second_opinion import goal_after, second_opinion
 from grounding.dialogue.sentence_kind import REPLACING, corrects, is_new, is_whole, orders, without_marker
+from grounding.dialogue.suggestions import suggested
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
 from grounding.parse_result import shortened
@@ -93,7 +94,7 @@ def revise_goal(
     turn = without_waived(Turn(last, text, said, reader, stands, built, not built and not declined))
     if last.parts and (read := _wholly_read(turn)) is not None:
         return read
-    return second_opinion(turn, _supported(turn, _by_rules(turn)))
+    return suggested(turn, second_opinion(turn, _supported(turn, _by_rules(turn))))
 
 
 def _wholly_read(turn: Turn) -> GoalRevision | None:
@@ -161,7 +162,7 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
     counts = (whole_sentence and (read.beyond or own_words)) or (own_words and read.status == "ask")
     if read.status != "ok" and counts:
         return new_goal(last, read, text)
-    return GoalRevision(last, plain.status, plain.kind, plain.message, plain=plain)
+    return GoalRevision(last, plain.status, plain.kind, plain.message, plain=plain, read=read)
 
 
 def _of_its_own_objects(turn: Turn, read: SpokenReading) -> GoalRevision | None:

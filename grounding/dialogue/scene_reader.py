@@ -43,6 +43,7 @@ class SpokenReading:
         goal: as spoken; empty where it is refused or asked about.
         status, message, question, parse: of the interpretation.
         beyond: whether it asks for more than one structure of five slots, as far as it was understood.
+        suggestions: goals that it may mean, as spoken, where it is refused.
     """
 
     goal: Goal
@@ -51,6 +52,7 @@ class SpokenReading:
     question: Question | None
     parse: Parse
     beyond: bool
+    suggestions: tuple[Goal, ...] = ()
 
 
 class GoalReader(Protocol):
@@ -88,11 +90,13 @@ class SceneReader:
     def read(self, text: str, strictly: bool = False) -> SpokenReading:
         """Read a whole instruction; see `GoalReader.read`."""
         found = self._interpreter.interpret(text, self._objects, strictly)
-        goal = found.goal.turned() if self._interpreter.viewpoint == "opposite" else found.goal
+        opposite = self._interpreter.viewpoint == "opposite"
+        goal = found.goal.turned() if opposite else found.goal
+        suggestions = tuple(each.turned() if opposite else each for each in found.suggestions)
         # Where the slots were read and are not what counts, the instruction holds more than they can.
         unused = any(found.parse.spec.to_dict().values()) and not any(found.spec.to_dict().values())
         beyond = goal.plain_spec is None if goal.parts else unused and found.status != "ok"
-        return SpokenReading(goal, found.status, found.message, found.question, found.parse, beyond)
+        return SpokenReading(goal, found.status, found.message, found.question, found.parse, beyond, suggestions)
 
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
         """Revise one structure; see `grounding.dialogue.revise.revise`."""

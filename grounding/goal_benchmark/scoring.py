@@ -97,11 +97,18 @@ def is_exact_reading(row: GoalRow, reading: GoalReading) -> bool:
     return row.status != "ok" or compare_with_row(reading.goal, row)[0].exact
 
 
+def is_right_with_an_answer(row: GoalRow, reading: GoalReading) -> bool:
+    """Return whether a reading is exact, or refuses with a suggestion that is one of the row's goals."""
+    suggested = getattr(reading, "suggestions", ()) if row.status == "ok" and reading.status == "refused" else ()
+    return is_exact_reading(row, reading) or any(compare_with_row(goal, row)[0].exact for goal in suggested)
+
+
 def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dict[str, Any]:
     """Compute all rates of a reader on the rows, as JSON values.
 
     Returns:
-        "exact": the status of the row and, where it is "ok", one of its goals; over instructions that must be and were
+        "exact": the status of the row and, where it is "ok", one of its goals; "with_answer": these, and those refused with
+        the right goal as a suggestion; "suggested": of those refused rightly, the share with any suggestion; over instructions that must be and were
         read: "false_fills" (the share that has a key that nobody asked for), "wrong_keys" (the share with another value
         or objects), "dropped_parts" (of the true parts), "false_parts" (of the parts that were read);
         "refusal": precision and recall of building nothing, by refusal or question; "status": of those that must not be
@@ -118,6 +125,7 @@ def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dic
     found = [comparison for _, comparison, _ in read]
     asked = [reading.status for row, reading in pairs if row.status == "ok"]
     idle = [(row, reading) for row, reading in pairs if row.status != "ok"]
+    refused = [(row, reading) for row, reading in idle if reading.status == "refused"]
     nothing = sum(reading.status != "ok" for _, reading in pairs)
     rightly = sum(reading.status != "ok" for _, reading in idle)
     strata: dict[str, list[bool]] = {row.stratum: [] for row in rows}
@@ -128,6 +136,8 @@ def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dic
     read_parts = sum(len(_one_by_one(goal).parts) for goal, *_ in read)
     return {
         "exact": rate(sum(map(sum, strata.values())), len(pairs)),
+        "with_answer": rate(sum(is_right_with_an_answer(row, reading) for row, reading in pairs), len(pairs)),
+        "suggested": rate(sum(bool(getattr(reading, "suggestions", ())) for _, reading in refused), len(refused)),
         "false_fills": rate(sum(bool(one.false_fills) for one in found), len(found)),
         "wrong_keys": rate(sum(bool(one.wrong) for one in found), len(found)),
         "dropped_parts": rate(sum(len(one.dropped) for one in found), true_parts),

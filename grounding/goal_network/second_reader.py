@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
 CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
 MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
-LIKELIEST = 5  # readings of a correction: in four of ten that the first one misses, another is right
+LIKELIEST = 5  # readings of a text: in four of ten corrections that the first one misses, another is right
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
@@ -65,6 +65,9 @@ WEIGHTY_IF_UNKNOWN = frozenset(
     "later yesterday minutes seconds hours touch touches touching contact something somehow space room "
     "denser sparser trapezoid hexagon pentagon octagon rhombus".split()
 )
+_HALF_SHAPES = frozenset("circle circles moon ring round".split())  # after "half": an arc
+_HALF_SIDES = frozenset("left right upper lower near nearer far farther front back rear top bottom".split())  # before it: a side
+_EVERY_SOME = re.compile(r"\bevery (?:other|second|third|fourth|two|three|time|now|so)\b", re.IGNORECASE)
 # Those of them that the labelled corrections have often, with goals that hold them.
 _TAUGHT_IN_CORRECTIONS = frozenset("without open never".split())
 _PARALLEL = frozenset("parallel perpendicular".split())  # of a line to an edge; no goal holds how an object lies
@@ -163,16 +166,28 @@ class SecondReader:
         for one in written:
             after = AfterGoal(one.words, one.actions, one.certainty, rendition)
             read = self._resolved(after, text, there)
-            read = replace(read, certainty=one.certainty, unknown=_unknown(after.uncopied, taught))
-            like = next((n for n, each in enumerate(found) if _alike(each, read, len(there))), None)
-            if like is None:
-                found.append(read)
-            else:
-                found[like] = replace(found[like], certainty=found[like].certainty + read.certainty)
+            found.append(replace(read, certainty=one.certainty, unknown=_unknown(after.uncopied, taught)))
         if not found:
             return NetworkReading()
-        first, *others = sorted(found, key=lambda each: -each.certainty)
+        first, *others = _added_up(found, len(there))
         return replace(first, others=tuple(others))
+
+    def likeliest(self, text: str, objects: Sequence[SceneObject | str | None] | None = None) -> list[NetworkReading]:
+        """Read an instruction in the likeliest ways, the most certain first; those of the same goal are added up in one.
+
+        Args:
+            text: the instruction.
+            objects: of the scene; `None` where it is not known.
+
+        Raises:
+            GoalNetworkError: for weights that cannot be used.
+        """
+        there = _scene_objects(objects)
+        found = [
+            replace(self._resolved(one, text, there), certainty=one.certainty)
+            for one in self._instructions.likeliest(text)
+        ]
+        return _added_up(found, None if there is None else len(there))
 
     def _resolved(
         self, written: WrittenGoal, text: str, there: list[SceneObject] | None, catalogue: bool = False
@@ -232,11 +247,23 @@ def _unknown(words: Sequence[str], taught: Collection[str]) -> tuple[str, ...]:
     return tuple(word for word in words if word in weighty or (word[0].isalpha() and word not in taught))
 
 
-def _alike(one: NetworkReading, other: NetworkReading, count: int) -> bool:
+def _added_up(readings: Sequence[NetworkReading], count: int | None) -> list[NetworkReading]:
+    """Return readings of one text, those that come to the same as one, the most certain first."""
+    found = list[NetworkReading]()
+    for read in readings:
+        like = next((n for n, each in enumerate(found) if _alike(each, read, count)), None)
+        if like is None:
+            found.append(read)
+        else:
+            found[like] = replace(found[like], certainty=found[like].certainty + read.certainty)
+    return sorted(found, key=lambda each: -each.certainty)
+
+
+def _alike(one: NetworkReading, other: NetworkReading, count: int | None) -> bool:
     """Return whether two readings come to the same goal, or to the same answer in place of one."""
     if one.goal is None or other.goal is None:
         return one.goal is other.goal and bool(one.answer) and one.answer == other.answer
-    return compare_goals(one.goal, other.goal, count).exact
+    return one.goal == other.goal if count is None else compare_goals(one.goal, other.goal, count).exact
 
 
 def _scene_objects(objects: Sequence[SceneObject | str | None] | None) -> list[SceneObject] | None:
@@ -255,6 +282,7 @@ class FirstReading:
         goal: in the speaker's frame; without parts unless the status is "ok".
         requests: whether the instruction is worded as a request, and not like a question about the scene.
         idle: whether the parser of the five slots sees no arranging in it.
+        text: the instruction.
         excepts: whether it may leave something out.
         keeps: whether it may say what stays as it is.
         asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
@@ -267,6 +295,7 @@ class FirstReading:
     goal: Goal
     requests: bool
     idle: bool
+    text: str = ""
     excepts: bool = False
     keeps: bool = False
     asks_place: bool = False
@@ -294,9 +323,10 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     """
     reading = first.reading
     settled = reading.work or reading.conditions or reading.never or reading.definite
-    if second.goal is None or not first.requests or settled:
+    asked = first.requests or (second.certainty >= MORE_CERTAIN and not first.text.rstrip().endswith("?"))
+    if second.goal is None or not asked or settled:
         return False
-    if WEIGHTY & set(second.uncopied) or first.asks_place:
+    if weighty(second.uncopied) or (first.asks_place and not (second.certainty >= MORE_CERTAIN and _has_place(second.goal))):
         return False
     if _PARALLEL & set(second.uncopied) and not any(part.along for part in second.goal.structures):
         return False
@@ -316,10 +346,40 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         enough = enough and (first.half_read or not first.excepts)
         return enough and _differ(second.goal, first.goal, count)
     unknown = {word for words in reading.residue for word in re.findall(r"[a-z]+", words.lower())}
-    if unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN):
+    if (unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN)) - _in_the_goal(second.goal, first.text):
         return False
     understood = bool(reading.problem) and not reading.residue and not agreed
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+
+
+def weighty(words: Sequence[str]) -> bool:
+    """Return whether words that no part of a goal was copied from change a wish wherever they occur."""
+    for place, word in enumerate(words):
+        if word == "half":
+            before, after = words[:place][-1:], words[place + 1 : place + 2]
+            if _HALF_SHAPES.isdisjoint(after) and _HALF_SIDES.isdisjoint(before):
+                return True
+        elif word in WEIGHTY:
+            return True
+    return False
+
+
+def _in_the_goal(goal: Goal, text: str) -> set[str]:
+    """Return the weighty words that a goal holds: the open side of an arc, all in "every block", half of a circle or a table."""
+    words = {"half"}  # where it is no part of these it is in `weighty`
+    if any(part.rotation is not None for part in goal.structures if part.shape in ("arc", "circle")):
+        words |= {"open"}
+    if not _EVERY_SOME.search(text):
+        words |= {"every"}
+    return words
+
+
+def _has_place(goal: Goal) -> bool:
+    """Return whether each part of a goal has a place on the table, or is beside something."""
+    return all(
+        isinstance(part, RelationPart) or part.along is not None or part.x_position is not None or part.y_position is not None
+        for part in goal.parts
+    )
 
 
 def asks_nothing(second: NetworkReading, first: FirstReading) -> bool:

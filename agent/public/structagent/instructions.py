@@ -40,6 +40,7 @@ class ParsedInstruction:
         objects: the names of the selected objects, or the text's words for them without a scene; `None` for all.
         dropped: slot -> value that was understood but cannot go with the rest, such as a tower's size.
         confidence: slot -> how sure the parser is, in [0, 1].
+        suggestions: with "refused", goals that the text may mean, the likeliest first; never built unless asked for.
     """
 
     text: str
@@ -51,6 +52,7 @@ class ParsedInstruction:
     dropped: Mapping[str, str] = field(default_factory=dict)
     confidence: Mapping[str, float] = field(default_factory=dict)
     goal: Goal = Goal()
+    suggestions: tuple[Goal, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,7 @@ def parse(
         dict(goal.parse.dropped),
         dict(goal.parse.confidence),
         goal.goal,
+        goal.suggestions,
     )
 
 

@@ -1,0 +1,38 @@
+"""Choose goals that an instruction may mean where it is refused: the goal network's likeliest ones.
+
+What is refused because a word is not known, or a rule read it otherwise, is often read rightly by the network, but not
+certainly enough to be built. A user who is shown that goal needs one word to have it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from grounding.goal_network.second_reader import NetworkReading, brings_together, weighty
+from grounding.goals.goal import Goal
+
+# Chosen on development instructions: half of those that are refused wrongly have the right goal among these, and few
+# that are refused rightly have any.
+LIKELY = 0.2
+LIKELY_OF_A_QUESTION = 0.8  # the same, of a text that is worded like a question about the scene
+MOST_SUGGESTED = 2
+_NO_WISH = 0.5  # how certain the network may be that nothing is asked for, or nothing that can be built
+
+
+def suggested_goals(readings: Sequence[NetworkReading], requests: bool) -> tuple[Goal, ...]:
+    """Return the goals to ask about, the likeliest first.
+
+    Args:
+        readings: the network's, of a text that is refused.
+        requests: whether the text is worded as a request.
+    """
+    no_wish = sum(each.certainty for each in readings if each.answer)
+    if no_wish > _NO_WISH:
+        return ()
+    least = LIKELY if requests else LIKELY_OF_A_QUESTION
+    goals = [
+        each.goal for each in readings
+        if each.goal is not None and each.certainty >= least and not weighty(each.uncopied)
+        and not brings_together(each)
+    ]  # fmt: skip
+    return tuple(goals[:MOST_SUGGESTED])
