@@ -186,7 +186,8 @@ def train_goals(
     """Train the network that reads goals of several parts, or corrections of goals.
 
     It reads what the grammar cannot. Training takes about an hour and a half on one core; the weights are written every
-    three minutes, and the loss on instructions and corrections that are never trained on is printed every fifty steps.
+    three minutes, and the loss on instructions and corrections that are never trained on is printed every two hundred
+    steps.
 
     Example: structagent train goals --out runs/goal_network
 

@@ -145,10 +145,20 @@ class GoalBatch:
 
     def loss(self, network: GoalNetwork) -> torch.Tensor:
         """Return the mean negative log-likelihood of an action; of several right ones any will do."""
+        return self._losses(network).mean()
+
+    def row_losses(self, network: GoalNetwork) -> torch.Tensor:
+        """Return the mean loss of the actions of each instruction: (B,)."""
+        rows = self.asked.nonzero()[:, 0]
+        total = torch.zeros(len(self.asked)).index_add(0, rows, self._losses(network))
+        return total / self.asked.sum(1)
+
+    def _losses(self, network: GoalNetwork) -> torch.Tensor:
+        """Return the loss of each action that is asked for, those of an instruction one after another."""
         with quick_steps():
             memory = network.remembered(self.states, self.pieces, self.first)
             logits = network(memory, self.words, self.kinds, self.values)
         logits, right = logits.float()[self.asked], self.right[self.asked]
         likely = logits.masked_fill(~right, -1e9).logsumexp(-1)
         # A single hopeless word, such as a phrase that no longer stands there, must not lead a whole step.
-        return (logits.logsumexp(-1) - likely).clamp(max=30.0).mean()
+        return (logits.logsumexp(-1) - likely).clamp(max=30.0)

@@ -40,7 +40,11 @@ LEARNING_RATE = 6e-4
 UPPER_RATE = 0.2  # of the layers that know English already
 DRAWN = 0.3  # share of the sentences that are drawn
 DRAWN_CORRECTIONS, TRANSFERRED = 0.15, 0.35  # shares of the corrections that are drawn, and said about other goals
+# Of the labelled texts half are drawn evenly, and half in proportion to the loss with which training begins: what the
+# network to start from knows need only be kept. A higher loss does not count more: the label may be at fault.
+EVENLY, MOST_LOSS = 0.5, 2.0
 WARM_UP = 200
+REPORTED = 200  # steps between two lines of progress
 # For each weight of a stored difference: with 8 for the goal network no reading of 801 labelled instructions changes,
 # with 4 for corrections the loss on unseen ones does not.
 BITS = {"embedding": 8, "goals": 4}
@@ -94,7 +98,7 @@ def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda l
 
     Args:
         options: how to train, and where to write.
-        report: takes a line of progress after every fifty steps.
+        report: takes a line of progress after every `REPORTED` steps.
 
     Raises:
         EncoderError, GoalNetworkError: for an encoder, or weights to start from, that cannot be used.
@@ -102,11 +106,12 @@ def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda l
     torch.set_num_threads(options.threads)
     encoder = SentenceEncoder()
     rng = np.random.default_rng(options.seed)
-    texts = _Texts.of(np.random.default_rng(rng.integers(2**32)), options.corrections > 0.0)
+    texts_rng = np.random.default_rng(rng.integers(2**32))
     unseen = [_tasks(each, seen=False) for each in (goal_lines(), goal_corrections())]
     with torch.random.fork_rng():
         torch.manual_seed(options.seed)  # initial weights and dropout know no generator of their own
         network = _initial(encoder, options)
+        texts = _Texts.of(texts_rng, options.corrections > 0.0, network if options.start else None, encoder)
         optimiser, schedule = _optimiser(network, options)
         started = saved = time.perf_counter()
         recent: list[float] = []
@@ -118,9 +123,9 @@ def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda l
             optimiser.step()
             schedule.step()
             recent.append(loss.item())
-            if step % 50 == 0 or step == options.steps:
+            if step % REPORTED == 0 or step == options.steps:
                 held = ", ".join(f"{loss_of(network, encoder, rows):.3f}" for rows in unseen)
-                losses = f"loss {np.mean(recent[-50:]):.3f}, held out {held}"
+                losses = f"loss {np.mean(recent[-REPORTED:]):.3f}, held out {held}"
                 report(f"step {step} of {options.steps}, {losses}, {time.perf_counter() - started:.0f} s")
             if time.perf_counter() - saved > 180 or step == options.steps:
                 save(network, encoder, options.out, step, options.difference_to)
@@ -155,13 +160,41 @@ def taught_words() -> list[str]:
 
 
 @torch.no_grad()
-def loss_of(network: GoalNetwork, encoder: SentenceEncoder, rows: Sequence[LabelledGoal]) -> float:
-    """Return the mean loss of instructions, in batches of 64; not a number where there are none."""
-    if not rows:
-        return float("nan")
+def losses_of(network: GoalNetwork, encoder: SentenceEncoder, rows: Sequence[LabelledGoal]) -> np.ndarray:
+    """Return the mean loss of each instruction: (rows,) float32."""
     network.eval()
-    starts = range(0, len(rows), BATCH)
-    return float(np.mean([GoalBatch.of(encoder, rows[k : k + BATCH]).loss(network).item() for k in starts]))
+    found = np.zeros(len(rows), dtype=np.float32)
+    order = np.argsort([len(row.words) for row in rows])  # texts of like length go together
+    for places in np.array_split(order, max(1, len(rows) // BATCH)):
+        if len(places):
+            found[places] = GoalBatch.of(encoder, [rows[place] for place in places]).row_losses(network).numpy()
+    return found
+
+
+def loss_of(network: GoalNetwork, encoder: SentenceEncoder, rows: Sequence[LabelledGoal]) -> float:
+    """Return the mean loss of instructions; not a number where there are none."""
+    return float(losses_of(network, encoder, rows).mean()) if rows else float("nan")
+
+
+class _Labelled:
+    """Labelled texts that are drawn.
+
+    Args:
+        tasks: what the network should write.
+        losses: (tasks,) with which training begins; `None` where it begins anew.
+    """
+
+    def __init__(self, tasks: Sequence[LabelledGoal], losses: np.ndarray | None = None) -> None:
+        self.tasks = tasks
+        shares = np.full(len(tasks), 1.0 / max(1, len(tasks)))
+        if losses is not None and len(tasks):
+            capped = np.minimum(losses.astype(np.float64), MOST_LOSS) + 1e-6
+            shares = EVENLY * shares + (1.0 - EVENLY) * capped / capped.sum()
+        self._up_to = np.cumsum(shares)
+
+    def draw(self, rng: np.random.Generator) -> LabelledGoal:
+        """Draw a task."""
+        return self.tasks[min(int(np.searchsorted(self._up_to, rng.random())), len(self.tasks) - 1)]
 
 
 @dataclass(frozen=True)
@@ -175,16 +208,21 @@ class _Texts:
         transferred: draws labelled corrections, said about other goals.
     """
 
-    instructions: Sequence[LabelledGoal]
-    corrections: Sequence[LabelledGoal]
+    instructions: _Labelled
+    corrections: _Labelled
     sentences: GoalSentences
     follow_ups: DrawnCorrections
     transferred: TransferredCorrections
 
     @classmethod
-    def of(cls, rng: np.random.Generator, corrections: bool) -> _Texts:
+    def of(
+        cls, rng: np.random.Generator, corrections: bool, network: GoalNetwork | None, encoder: SentenceEncoder
+    ) -> _Texts:
         lines = [line for line in goal_lines() if not held_out(line)] if corrections else []
-        own, tasks = _tasks(goal_lines(), seen=True), _tasks(goal_corrections(), seen=True)
+        own, tasks = (
+            _Labelled(each, None if network is None else losses_of(network, encoder, each))
+            for each in (_tasks(goal_lines(), seen=True), _tasks(goal_corrections(), seen=True) if corrections else [])
+        )
         labelled_ones = [row for row in goal_corrections() if not held_out(row)]
         transferred = TransferredCorrections(labelled_ones, lines, rng)
         return cls(own, tasks, GoalSentences(rng), DrawnCorrections(lines, rng), transferred)
@@ -197,7 +235,7 @@ class _Texts:
             sentence = self.sentences.draw()
             task = labelled(sentence.text, sentence.line)
         else:
-            task = self.instructions[rng.integers(len(self.instructions))]
+            task = self.instructions.draw(rng)
         return varied(task, rng)
 
     def correction(self, rng: np.random.Generator) -> LabelledGoal:
@@ -207,7 +245,7 @@ class _Texts:
             return self.follow_ups.draw()
         if kind < DRAWN_CORRECTIONS + TRANSFERRED:
             return self.transferred.draw()
-        return self.corrections[rng.integers(len(self.corrections))]
+        return self.corrections.draw(rng)
 
 
 def _tasks(texts: Sequence[GoalLine | GoalCorrection], seen: bool) -> list[LabelledGoal]:

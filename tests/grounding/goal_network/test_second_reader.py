@@ -18,6 +18,7 @@ from grounding.goal_network.second_reader import (
     excepts,
     notes_of,
     sorts,
+    weighty,
 )
 from grounding.goal_network.writer import NetworkWriter
 from grounding.goal_reading.reader import GoalReading
@@ -53,7 +54,7 @@ def test_goals_of_single_objects_are_not_taken_where_each_gets_its_own():
 @pytest.mark.parametrize(
     "first",
     [
-        replace(REFUSED, requests=False),
+        replace(REFUSED, requests=False, text="what about Egypt?"),
         replace(REFUSED, reading=replace(UNKNOWN, work=("pour",))),
         replace(REFUSED, reading=replace(UNKNOWN, conditions=("if",))),
         replace(REFUSED, reading=replace(UNKNOWN, residue=("upside down",))),
@@ -61,6 +62,43 @@ def test_goals_of_single_objects_are_not_taken_where_each_gets_its_own():
 )
 def test_questions_other_work_conditions_and_weighty_words_stay_refused(first):
     assert not counts(read(), first, 3)
+
+
+def test_a_statement_that_begins_like_a_question_needs_more_certainty():
+    statement = replace(REFUSED, requests=False, text="what goes in the triangle is all of it")
+    assert counts(read(certainty=MORE_CERTAIN), statement, 3)
+    assert not counts(read(certainty=MORE_CERTAIN - 0.01), statement, 3)
+
+
+def test_a_place_that_is_asked_for_counts_where_the_goal_has_it():
+    along = Goal((StructurePart("line", objects=(0, 1), along="near"),))
+    asking = replace(REFUSED, asks_place=True)
+    assert counts(read(along, MORE_CERTAIN), asking, 3)
+    assert not counts(read(along, MORE_CERTAIN - 0.01), asking, 3)
+    assert not counts(read(LINE), asking, 3)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("half of the cups", True),
+        ("the left half", False),
+        ("in a half circle", False),
+        ("upside down", True),
+        ("a row", False),
+    ],
+)
+def test_half_is_weighty_unless_it_is_an_arc_or_a_side(words, expected):
+    assert weighty(words.split()) == expected
+
+
+def test_words_that_the_goal_holds_do_not_refuse_it():
+    arc = Goal((StructurePart("arc", rotation="west", objects=(0, 1, 2)),))
+    opened = replace(REFUSED, reading=GoalReading(residue=("open",)), text="an arc that is open to the left")
+    assert counts(read(arc), opened, 3) and not counts(read(), opened, 3)
+    every = replace(REFUSED, reading=GoalReading(residue=("every",)), text="a triangle out of every can")
+    assert counts(read(), every, 3)
+    assert not counts(read(), replace(every, text="a triangle out of every second can"), 3)
 
 
 def test_idle_sentences_and_definite_refusals_need_more_certainty():
