@@ -69,16 +69,16 @@ def measure_goal_reading(
 def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO) -> None:
     """Print the tables of goals: a row per parser and set, then one per stratum; rates in percent.
 
-    "own" is the number of readings that are a language model's own, and "own exact" the share of exact ones of them.
+    "with answer" counts a refusal too that suggests the right goal; "own" is the number of readings that are a language model's own, and "own exact" the share of exact ones of them.
     """
     head = ["parser", "goals", "n", "exact", "95 %", "false fills", "wrong keys", "false parts", "dropped parts"]
-    head += ["refusal P", "refusal R", "refused", "asked", "built wrongly", "warm ms", "own", "own exact"]
+    head += ["refusal P", "refusal R", "refused", "asked", "built wrongly", "with answer", "warm ms", "own", "own exact"]
     rows = [head]
     for found in evaluations:
         exact = found["exact"]
         keys = ("false_fills", "wrong_keys", "false_parts", "dropped_parts")
         rates = [found[key] for key in keys] + [found["refusal"]["precision"], found["refusal"]["recall"]]
-        rates += [found["wrongly_refused"], found["wrongly_asked"], found["built_wrongly"]]
+        rates += [found["wrongly_refused"], found["wrongly_asked"], found["built_wrongly"], found["with_answer"]]
         cells = [
             found["parser"],
             Path(found["data"]).name,

@@ -52,6 +52,7 @@ class ParseResult(Result):
     parts: list[str] = Field(description="each part of the goal in words")
     objects: list[str] | None = Field(description="the objects that are meant; null for all")
     goal: dict[str, Any] = Field(description="the whole goal; objects are indices into the objects of look")
+    suggestions: list[str] = Field(description="with 'refused': goals that the text may mean; ask the person")
     confidence: dict[str, float] = Field(description="how sure the parser is of each slot, 0 to 1")
 
 

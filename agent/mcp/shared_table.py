@@ -159,6 +159,7 @@ class SharedTable:
             parts=[describe_part(part, names) for part in read.goal.parts],
             objects=None if read.objects is None else list(read.objects),
             goal=json_value(read.goal.to_dict()),
+            suggestions=["; ".join(describe_part(part, names) for part in one.parts) for one in read.suggestions],
             confidence={slot: round(share, 4) for slot, share in read.parse.confidence.items()},
         )
 

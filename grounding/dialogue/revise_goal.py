@@ -153,7 +153,8 @@ def _of_plain(turn: Turn, spec: StructureSpec) -> GoalRevision:
         return _of_its_own_objects(turn, read) or said_besides(turn, read) or anew(turn, read)
     if plain.kind == "new" and (more := said_besides(turn, read)) is not None:
         return more
-    whole_sentence = plain.kind == "new" or not last.parts
+    closed = bool(last.parts) and not turn.open and plain.status == "refused" and orders(turn)  # nothing is left to correct
+    whole_sentence = plain.kind == "new" or not last.parts or (closed and bool(turn.said.mentions))
     instructs = whole_sentence and bool(turn.said.mentions or orders(turn))
     if instructs and read.status == "ok" and read.goal.parts and not _same_plain(turn, plain, read):
         return anew(turn, read)

@@ -10,14 +10,14 @@ from grounding.parse_result import Question
 def suggested(turn: Turn, found: GoalRevision) -> GoalRevision:
     """Return a question with the suggested goals in place of a refusal that has some; else what was found.
 
-    What is said about a goal has suggestions of its own (`grounding.dialogue.second_opinion`).
+    What is said about a goal that is still to be built has suggestions of its own (`grounding.dialogue.second_opinion`).
 
     Args:
         turn: the sentence and the goal.
         found: what was made of it.
     """
     read = found.read
-    if turn.last.parts or found.status != "refused" or read is None or not read.suggestions:
+    if (turn.last.parts and turn.open) or found.status != "refused" or read is None or not read.suggestions:
         return found
     names = turn.said.names
     options = tuple("; ".join(describe_part(part, names) for part in goal.parts) for goal in read.suggestions)
