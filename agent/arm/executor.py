@@ -13,13 +13,14 @@ was pushed is measured on the simulation's poses: this stands in for tracking by
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from agent.arm.arm_model import FINGER_OPEN
-from agent.arm.controller import CARTESIAN_SPEED, ArmDriver, MotionListener
+from agent.arm.build_listeners import BuildListeners
+from agent.arm.controller import CARTESIAN_SPEED, ArmDriver
 from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, PlaceFailed, Stopped
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import JacoArm
@@ -53,10 +54,8 @@ def build_structure(
     rng: np.random.Generator,
     planning_checks: int = PLANNING_CHECKS,
     hold: str = "weld",
-    on_step: Callable[[], None] | None = None,
-    on_check: Callable[[], None] | None = None,
-    log: MotionListener | None = None,
     rules: PlacementRules = PlacementRules(),
+    listeners: BuildListeners = BuildListeners(),
 ) -> Generator[ArmEvent, None, None]:
     """Find the first arrangement with a plan for every object, build it, and yield the events of each step.
 
@@ -67,10 +66,8 @@ def build_structure(
         arrangements: proposed goals, best first; an object whose motion is the identity stays.
         planning_checks: the most configurations that the search over all arrangements may check.
         hold: "weld" (see the module's text) or "friction".
-        on_step: called after every physics step.
-        on_check: called for every configuration that planning checks.
-        log: receives every motion of the arm.
         rules: what else is known of the placements.
+        listeners: those that follow the build, besides whoever takes its events.
 
     Yields:
         `PlanFailed` for every arrangement without a plan, `Planned` for the one that is built, then per
@@ -83,13 +80,13 @@ def build_structure(
     """
     if hold not in HOLDS:
         raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
-    with PlanningScene(rng.spawn(1)[0], arm.kinematics, on_check) as planning:
+    with PlanningScene(rng.spawn(1)[0], arm.kinematics, listeners.on_check) as planning:
         search = Search(planning, rng, scene.table, rules)
         plans = yield from find_plan(search, scene, arrangements, planning_checks)
         if plans is None:
             return
         rank, steps = plans
-        driver = ArmDriver(world, arm, hold == "weld", on_step, log)
+        driver = ArmDriver(world, arm, hold == "weld", listeners.on_step, listeners.log)
         builder = _Builder(driver, scene, arrangements[rank], search)
         try:
             builder.begin()

@@ -59,6 +59,7 @@ def build_with_arm(
         ExecutionFailed: if an object could not be placed, or the result does not stand as asked.
         KeyboardInterrupt: on an interruption, after the event `Stopped` if the arm was at work.
     """
+    from agent.arm.build_listeners import BuildListeners
     from agent.arm.executor import build_structure
     from agent.pipeline.film import Film
 
@@ -77,12 +78,12 @@ def build_with_arm(
         if on_step is not None:
             on_step(table)
 
+    listeners = BuildListeners(after_step, on_check, log)
     with nullcontext() if reel is None else reel:
         try:
             work = build_structure(
-                table.world, table.arm, scene, arrangements, rng=rng, on_step=after_step, on_check=on_check, log=log,
-                rules=rules,
-            )  # fmt: skip
+                table.world, table.arm, scene, arrangements, rng=rng, rules=rules, listeners=listeners
+            )
             yield from forward_events(work, progress.with_context)
         except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
             yield from progress.film()

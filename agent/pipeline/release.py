@@ -71,41 +71,39 @@ def _placed(
 ) -> Verdict:
     """Release an arrangement in a separate world; the verdict's poses are those of the participants."""
     from structdiffusion.protocol.physical_stability import place_and_check
+    from structdiffusion.protocol.release import Release, TabletopBodies
 
-    poses, count = table.world.poses(), table.count
+    world, count = table.world, table.count
+    poses, release = world.poses(), Release(on_end=on_end)
     if not isinstance(wanted, TableGoal):
         # What has fallen off goes on falling.
         others = [i for i in range(count, len(poses)) if table.names[i] not in table.fallen]
-        return place_and_check(
+        bodies = TabletopBodies(
             table.models[:count],
             np.array(poses[:count]),
-            arrangement.goal_from_initial,
-            wanted,
-            table.world.table,
+            world.table,
             [(table.models[i], poses[i]) for i in others],
             [*table.names[:count], *(table.names[i] for i in others)],
-            table.world.ground,
-            on_end=on_end,
-            held=[k for k, i in enumerate((*range(count), *others)) if i in table.world.held],
+            world.ground,
+            held=[k for k, i in enumerate((*range(count), *others)) if i in world.held],
         )
+        return place_and_check(bodies, arrangement.goal_from_initial, wanted, release=release)
     place = {name: i for i, name in enumerate(table.names)}
     indices, unseen = [place[name] for name in wanted.names], [place[name] for name in wanted.unseen]
     motions = np.tile(np.eye(4), (len(poses), 1, 1))
     motions[:count] = arrangement.goal_from_initial
-    verdict = place_and_check(
+    bodies = TabletopBodies(
         [table.models[i] for i in indices],
         np.array([poses[i] for i in indices]),
-        motions[indices],
-        wanted.goal,
-        table.world.table,
+        world.table,
         [(table.models[i], poses[i]) for i in unseen],
         wanted.all_names,
-        table.world.ground,
-        on_end=on_end,
-        aside=wanted.set_aside([table.names[i] for i in moving(motions)]),
+        world.ground,
+        held=[k for k, i in enumerate((*indices, *unseen)) if i in world.held],
         colors=wanted.colors,
-        held=[k for k, i in enumerate((*indices, *unseen)) if i in table.world.held],
     )
+    aside = wanted.set_aside([table.names[i] for i in moving(motions)])
+    verdict = place_and_check(bodies, motions[indices], wanted.goal, aside, release)
     final = verdict.world_from_final
     return replace(verdict, world_from_final=final[[indices.index(i) for i in range(count)]])
 

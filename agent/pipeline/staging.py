@@ -17,6 +17,7 @@ from agent.pipeline.resources import ResourceCache
 from agent.scenes.files import PlacedObject
 from agent.scenes.sources import SIMULATED, SceneSource
 from agent.scenes.table_scene import TableScene, drawing_and_noise
+from agent.scenes.workcell import Workcell
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,8 @@ def staged(staging: Staging) -> Iterator[Staged]:
             return
         poses, (_, noise) = drawn.world.poses(), drawing_and_noise(staging.seed)
         joints = dict(zip(model.joints, model.folded.tolist(), strict=True)) | dict.fromkeys(FINGERS, FINGER_OPEN)
+        workcell = Workcell(drawn.world.table, arm=ArmState(model.name, joints))
         with TableScene(
-            drawn.models, np.array(poses), drawn.count, noise, drawn.world.table, drawn.names, drawn.display_names,
-            arm=ArmState(model.name, joints),
-        ) as table:  # fmt: skip
+            drawn.models, np.array(poses), drawn.count, noise, workcell, drawn.names, drawn.display_names
+        ) as table:
             yield Staged(table, source)

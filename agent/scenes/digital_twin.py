@@ -29,6 +29,7 @@ from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, tak
 from agent.scenes.recorded_objects import UNKNOWN, RecordedObject, recorded_objects
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
+from agent.scenes.workcell import Workcell
 from grounding.references.attributes import SceneObject
 from grounding.references.selection import Selection
 from structdiffusion.data.scene_sampling import SceneError
@@ -204,14 +205,16 @@ class RecordedScene(TableScene):
             np.array([each.world_from_object for each in ordered]),
             count,
             noise,
-            segments.table,
+            Workcell(
+                segments.table,
+                segments.surface,
+                camera_at(segments.world_from_camera, width, height, focal),
+                source.recording.arm,
+                segments.world_from_base,
+            ),
             names=[each.name for each in ordered],
             display_names=[each.display_name for each in ordered],
             attributes=[each.attributes for each in ordered],
-            ground=segments.surface,
-            camera=camera_at(segments.world_from_camera, width, height, focal),
-            arm=source.recording.arm,
-            world_from_base=segments.world_from_base,
         )
         self.out_of_reach = tuple(each.name for each in ordered if each.trouble)
         left_out = [f"{each.name} is left where it is: {each.trouble}" for each in ordered if each.trouble]

@@ -9,6 +9,7 @@ import numpy as np
 
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
+from agent.scenes.workcell import Workcell
 from grounding.references.attributes import SceneObject
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, eligible
 from structdiffusion.objects.model import ObjectModel, unique_names
@@ -36,7 +37,7 @@ class SimulatedScene(TableScene):
     def __init__(self, library: Sequence[ObjectModel], goal: Interpretation, seed: int) -> None:
         drawing, noise = drawing_and_noise(seed)
         drawn = draw_goal_scene(library, goal, drawing)
-        super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, drawn.table)
+        super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, Workcell(drawn.table))
 
 
 def described(models: Sequence[ObjectModel]) -> list[SceneObject]:

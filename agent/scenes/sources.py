@@ -20,6 +20,7 @@ from agent.scenes.several_parts import several_parts_scene
 from agent.scenes.simulated import SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
+from agent.scenes.workcell import Workcell
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
 from structdiffusion.limits import SLOW_BYTES
@@ -126,7 +127,7 @@ class DrawnSource:
         """
         drawing, noise = drawing_and_noise(seed)
         drawn = assortment(self._library, drawing, turn=seed)
-        return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, drawn.table)
+        return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, Workcell(drawn.table))
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""

@@ -11,19 +11,18 @@ from typing import Self
 
 import numpy as np
 
-from agent.arm.arm_model import DEFAULT_MODEL, WORLD_FROM_BASE, arm_model
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.kinematics import JacoArm, Kinematics
 from agent.arm.recorded_state import stand
 from agent.arm.recovery import AT_HOME, is_folded, tidy_up
-from agent.arm.state import ArmState
 from agent.scenes.film_camera import FilmCamera
 from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import lowest_point
+from agent.scenes.workcell import Workcell
 from grounding.references.attributes import ObjectAttributes, SceneObject
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel, unique_names
-from structdiffusion.observation import ObjectCloud, Scene, Table
-from structdiffusion.simulation.depth_camera import DepthCamera
+from structdiffusion.observation import ObjectCloud, Scene
 from structdiffusion.simulation.world import FALLEN, TabletopWorld
 
 MOVED = 0.002  # m, and of a rotation's entries: less is how things settle while others are moved
@@ -47,14 +46,10 @@ class TableScene:
         world_from_initial: (M, 4, 4) their poses.
         count: how many take part.
         noise: draws the sensor's noise.
-        table: the table top.
+        workcell: the table, the camera and the arm.
         names: the unique names of the objects; by default their nouns, numbered.
         display_names: what an instruction can call them; by default their names.
         attributes: their colours and sizes; by default those of the models.
-        ground: the whole supporting surface, if it is larger than the table top.
-        camera: what looks at the table.
-        arm: how the arm stands, by default folded.
-        world_from_base: (4, 4) pose of its base, upright.
 
     Attributes:
         models, world_from_initial, count, names, display_names: as given.
@@ -83,14 +78,10 @@ class TableScene:
         world_from_initial: np.ndarray,
         count: int,
         noise: np.random.Generator,
-        table: Table = Table(),
+        workcell: Workcell = Workcell(),
         names: Sequence[str] | None = None,
         display_names: Sequence[str] | None = None,
         attributes: Sequence[ObjectAttributes] | None = None,
-        ground: Table | None = None,
-        camera: DepthCamera = DepthCamera(),
-        arm: ArmState | None = None,
-        world_from_base: np.ndarray = WORLD_FROM_BASE,
     ) -> None:
         self.models = tuple(models)
         self.world_from_initial = world_from_initial
@@ -101,9 +92,12 @@ class TableScene:
         self._place = {name: place for place, name in enumerate(self.names)}
         self._noise = noise
         self._seen: dict[str, _Seen] = {}
-        self.world = TabletopWorld(self.models, self.world_from_initial, table, camera, ground)
+        self.world = TabletopWorld(
+            self.models, self.world_from_initial, workcell.table, workcell.camera, workcell.ground
+        )
+        arm = workcell.arm
         model = arm_model(DEFAULT_MODEL if arm is None else arm.model)
-        self.arm = JacoArm(self.world.client, Kinematics(model, world_from_base))
+        self.arm = JacoArm(self.world.client, Kinematics(model, workcell.world_from_base))
         self.arm.stand_on(self.world.table_body)
         if arm is not None:
             self.notes += stand(self.arm, arm)

@@ -22,6 +22,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.model import ObjectModel, footprint_centroid, unique_names
 from structdiffusion.observation import Scene, Table
 from structdiffusion.protocol.physical_stability import Verdict, place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.simulation.visible_points import ObservationError
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.bodies import PlacedBody
@@ -86,10 +87,10 @@ class GoalScene:
 
     def verdict(self, goal_from_initial: np.ndarray, aside: Sequence[int] = ()) -> Verdict:
         """Check the motions (N, 4, 4) of all objects in physics; some of them only make room."""
-        return place_and_check(
-            self.models, self.world_from_initial, goal_from_initial, self.goal, self.table, names=self.names,
-            aside=aside, colors=self.colors,
-        )  # fmt: skip
+        bodies = TabletopBodies(
+            self.models, self.world_from_initial, self.table, names=self.names, colors=self.colors
+        )
+        return place_and_check(bodies, goal_from_initial, self.goal, aside)
 
     def rival_verdicts(self, world_from_final: np.ndarray) -> dict[str, bool | None]:
         """Return the verdicts of the rivals' checks on final poses (N, 4, 4); `None` if they have no check."""

@@ -18,6 +18,7 @@ from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Scene, Table
 from structdiffusion.parallel import Lost, in_parallel
 from structdiffusion.protocol.physical_stability import Verdict, place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.simulation.depth_camera import DepthCamera
 from structdiffusion.simulation.visible_points import ObservationError
 from structdiffusion.simulation.world import TabletopWorld
@@ -120,7 +121,8 @@ class EvaluationScene:
         drawn, n = self.drawn, self.drawn.count
         poses = drawn.world_from_initial
         others = list(zip(drawn.models[n:], poses[n:]))
-        return place_and_check(drawn.models[:n], poses[:n], goal_from_initial, drawn.spec, drawn.table, others)
+        bodies = TabletopBodies(drawn.models[:n], poses[:n], drawn.table, others)
+        return place_and_check(bodies, goal_from_initial, drawn.spec)
 
 
 def draw_evaluation_scenes(

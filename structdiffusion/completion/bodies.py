@@ -49,7 +49,7 @@ def completed_bodies_of(
 
 
 def bodies_of_scene(scene: Scene) -> tuple[list[ObjectModel], np.ndarray, list[tuple[ObjectModel, np.ndarray]]]:
-    """Return the inputs that `place_and_check` needs to try arrangements on completed bodies, from observed data alone.
+    """Return the bodies that `TabletopBodies` takes to try arrangements on completed shapes, from observed data alone.
 
     Returns:
         the models of the N objects that take part, their poses world_from_object (N, 4, 4), and the distractors, each

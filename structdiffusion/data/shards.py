@@ -20,6 +20,7 @@ from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_sce
 from structdiffusion.geometry import yaw_of
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.protocol.physical_stability import place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.structure import Structure
@@ -121,7 +122,8 @@ def _stands(scene: DrawnScene) -> bool:
     n, poses = scene.count, scene.world_from_initial
     others = list(zip(scene.models[n:], poses[n:]))
     motions = scene.reference_goal_from_initial()
-    return place_and_check(scene.models[:n], poses[:n], motions, scene.spec, scene.table, others).success
+    bodies = TabletopBodies(scene.models[:n], poses[:n], scene.table, others)
+    return place_and_check(bodies, motions, scene.spec).success
 
 
 def settled_stack(scene: DrawnScene, world_from_goal: np.ndarray) -> np.ndarray | None:

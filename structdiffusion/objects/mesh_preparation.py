@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 
 from structdiffusion.limits import MESH_BYTES, MESH_FACES, MESH_FINE_FACES, glb_faces
-from structdiffusion.objects.meshes import coarser, object_from_mesh
+from structdiffusion.objects.meshes import ObjectProperties, coarser, object_from_mesh
 from structdiffusion.objects.model import ObjectError, ObjectModel
 
 SMALLEST, LARGEST = 0.005, 0.5
@@ -39,8 +39,7 @@ def prepare(path: Path, name: str, category: str) -> ObjectModel:
     # The colour depends on the name alone, so it is the same in every run.
     hue = hashlib.sha256(name.encode()).digest()
     try:
-        return object_from_mesh(
-            mesh,
+        properties = ObjectProperties(
             name=name,
             category=category,
             source="folder",
@@ -48,6 +47,7 @@ def prepare(path: Path, name: str, category: str) -> ObjectModel:
             friction=_FRICTION,
             color=(0.25 + hue[0] / 425, 0.25 + hue[1] / 425, 0.25 + hue[2] / 425),
         )
+        return object_from_mesh(mesh, properties)
     except (ValueError, RuntimeError, ArithmeticError) as error:  # Qhull's errors are RuntimeErrors
         message = f"the mesh {str(path)!r} cannot be used: it does not enclose a volume ({_reason(error)})"
         raise ObjectError(message) from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
@@ -11,7 +12,7 @@ import trimesh
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
-from structdiffusion.objects.decomposition import MAX_PARTS, RESOLUTION, convex_parts, few_vertices
+from structdiffusion.objects.decomposition import MAX_PARTS, convex_parts, few_vertices
 from structdiffusion.objects.hollow import HOLLOW, hollow_parts
 from structdiffusion.objects.model import SURFACE_POINTS, ObjectModel, footprint_centroid
 from structdiffusion.objects.rigid_body import mass_properties
@@ -194,26 +195,38 @@ def coarser(mesh: trimesh.Trimesh, most: int) -> trimesh.Trimesh:
     return trimesh.Trimesh(np.asarray(decimated.vertices), np.asarray(decimated.triangles), process=False)
 
 
+@dataclass(frozen=True)
+class ObjectProperties:
+    """What an object's mesh does not tell of it.
+
+    Attributes:
+        name, category, source, mass, friction, color: as of an `ObjectModel`; mass in kilograms.
+    """
+
+    name: str
+    category: str
+    source: str
+    mass: float
+    friction: float
+    color: tuple[float, float, float]
+
+
 def object_from_mesh(
     mesh: trimesh.Trimesh,
+    properties: ObjectProperties,
     *,
-    name: str,
-    category: str,
-    source: str,
-    mass: float,
-    friction: float,
-    color: tuple[float, float, float],
     turn: float = 0.0,
     settle_within: float = UPRIGHT_WITHIN,
     max_parts: int = MAX_PARTS,
-    resolution: int = RESOLUTION,
 ) -> ObjectModel:
     """Build an ObjectModel of an approximately upright mesh in metres (z up).
 
     Args:
         mesh: the surface; cleaned here.
+        properties: what the mesh does not tell.
         turn: radians added to the result of `front_yaw`, for objects that look alike from both ends.
         settle_within: how far, in radians, it may roll over to rest.
+        max_parts: the largest number of convex parts.
 
     Raises:
         ValueError: if the mesh encloses no volume.
@@ -225,11 +238,11 @@ def object_from_mesh(
     if len(pieces) > 1 and all(piece.volume > 0.99 * piece.convex_hull.volume for piece in pieces):
         parts = tuple(few_vertices(np.asarray(piece.convex_hull.vertices)) for piece in pieces)
     else:
-        parts = _vessel_parts(mesh) if category in HOLLOW else ()
-        parts = parts or convex_parts(mesh.vertices, mesh.faces, max_parts=max_parts, resolution=resolution)
+        parts = _vessel_parts(mesh) if properties.category in HOLLOW else ()
+        parts = parts or convex_parts(mesh.vertices, mesh.faces, max_parts=max_parts)
     upright = level(parts, settle_within)
     dense, _ = sample_surface(mesh, 20_000, seed=0)
-    yaw = front_yaw(transform_points(upright, dense), category) + turn
+    yaw = front_yaw(transform_points(upright, dense), properties.category) + turn
     upright = pose_from_xyz_yaw(0.0, 0.0, 0.0, -yaw) @ upright
     mesh.apply_transform(upright)
     parts = tuple(transform_points(upright, part) for part in parts)
@@ -239,15 +252,15 @@ def object_from_mesh(
     points, normals = sample_surface(mesh, SURFACE_POINTS, seed=0)
     vertices, faces = simplify(mesh)
     return ObjectModel(
-        name=name,
-        category=category,
-        source=source,
+        name=properties.name,
+        category=properties.category,
+        source=properties.source,
         hulls=tuple(part - origin for part in parts),
         surface_points=points,
         surface_normals=normals,
-        mass=mass,
-        friction=friction,
-        color=color,
+        mass=properties.mass,
+        friction=properties.friction,
+        color=properties.color,
         mesh_vertices=vertices,
         mesh_faces=faces,
     )

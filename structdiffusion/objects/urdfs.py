@@ -44,7 +44,7 @@ def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
 def _object(urdf: Path) -> ObjectModel | None:
     import trimesh  # not above: the table of libraries names this one, and most runs take another
 
-    from structdiffusion.objects.meshes import object_from_mesh
+    from structdiffusion.objects.meshes import ObjectProperties, object_from_mesh
 
     link = ElementTree.parse(urdf).getroot().find("link")
     shape = link.find("collision/geometry/mesh")
@@ -53,13 +53,12 @@ def _object(urdf: Path) -> ObjectModel | None:
     if not np.isfinite(mesh.vertices).all() or mesh.extents.max() > _LARGEST:
         return None
     color = tuple(float(value) for value in link.find("visual/material/color").get("rgba").split()[:3])
-    return object_from_mesh(
-        mesh,
+    properties = ObjectProperties(
         name=f"random_{urdf.stem}",
         category="object",
         source="random_urdfs",
         mass=float(link.find("inertial/mass").get("value")),
         friction=_FRICTION,
         color=color,
-        settle_within=math.pi,  # they have no upright pose of their own
     )
+    return object_from_mesh(mesh, properties, settle_within=math.pi)  # they have no upright pose of their own

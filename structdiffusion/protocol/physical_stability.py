@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -39,8 +39,8 @@ from structdiffusion.evaluation_protocol import (
 )
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel, unique_names
-from structdiffusion.observation import Table
 from structdiffusion.protocol.goal_checks import asked_checks
+from structdiffusion.protocol.release import Release, TabletopBodies
 from structdiffusion.relations.bonds import bonds_of, require_indices
 from structdiffusion.simulation.world import REST_SECONDS, TABLE, TabletopWorld
 from structdiffusion.structures.checks import Check
@@ -140,86 +140,50 @@ def carried_after(goal: Goal) -> dict[int, list[int]]:
 
 
 def place_and_check(
-    models: Sequence[ObjectModel],
-    world_from_initial: np.ndarray,
+    bodies: TabletopBodies,
     goal_from_initial: np.ndarray,
     spec: StructureSpec | Goal,
-    table: Table = Table(),
-    others: Sequence[tuple[ObjectModel, np.ndarray]] = (),
-    names: Sequence[str] | None = None,
-    ground: Table | None = None,
-    until_rest: bool = False,
-    together: bool = False,
-    on_end: Callable[[TabletopWorld], None] | None = None,
     aside: Sequence[int] = (),
-    colors: Sequence[str] | None = None,
-    held: Sequence[int] = (),
+    release: Release = Release(),
 ) -> Verdict:
     """Place an arrangement under the evaluation protocol and judge it. Deterministic.
 
     Args:
-        models: the N objects that take part, or all that a goal counts.
-        world_from_initial: (N, 4, 4) their poses now.
+        bodies: the N objects and what else is on the table.
         goal_from_initial: (N, 4, 4) the predicted motion of each (`Arrangement.goal_from_initial`). Under a goal, those
             whose motion is the identity stay where they are.
         spec: the requested structure, or the goal.
-        table: the table top.
-        others: distractors with their poses (4, 4); they are in the world all the time.
-        names: the names of the objects, then of the others, in the verdict; by default their nouns, numbered.
-        ground: the whole surface that carries objects, if it is larger than the table top.
-        until_rest: judge as soon as everything is at rest, and not after the 2 s of the evaluation protocol.
-        together: release all objects at the same time, not one after another. Objects that all stand on the table do
-            not feel the difference, and there are as many times fewer steps of physics.
-        on_end: called with the world as it is in the end, such as to take a picture of it.
         aside: for a goal, the objects that only make room.
-        colors: under a goal that groups by colour, the name of each object's colour.
-        held: which objects, and others after them, keep their places as long as they are not released; they stand in
-            the world, but a completed body of them would not.
+        release: how the objects are released.
 
     Raises:
+        ValueError: if the motions are not those of N objects.
         GoalError: for a goal that these objects cannot be checked for.
     """
     started = time.perf_counter()
-    world_from_goal = np.asarray(goal_from_initial) @ np.asarray(world_from_initial)
-    if world_from_goal.shape != (len(models), 4, 4):
-        expected = f"({len(models)}, 4, 4)"
-        raise ValueError(f"the motions of {len(models)} objects are {expected}, got {world_from_goal.shape}")
-    moved, after = list(range(len(models))), {}
-    if isinstance(spec, Goal):
-        after = carried_after(require_indices(spec, len(models)))
-        moved = [i for i in moved if not np.allclose(goal_from_initial[i], np.eye(4), atol=_STAYS)]
-    stays = [i for i in range(len(models)) if i not in moved]
-    ranks = executable_order([models[i] for i in moved], world_from_goal[moved], _renumbered(after, moved))
-    order = tuple(moved[k] for k in ranks)
-    there = [*others, *((models[i], world_from_goal[i]) for i in stays)]
-    with TabletopWorld([model for model, _ in there], [pose for _, pose in there], table, ground=ground) as world:
-        for place, index in enumerate((*range(len(models), len(models) + len(others)), *stays)):
-            if index in held:
-                world.hold(place)
-        trial = _Trial(world, models, world_from_goal, names, stays)
+    world_from_goal = np.asarray(goal_from_initial) @ np.asarray(bodies.world_from_initial)
+    models, count = bodies.models, len(bodies.models)
+    if world_from_goal.shape != (count, 4, 4):
+        raise ValueError(f"the motions of {count} objects are ({count}, 4, 4), got {world_from_goal.shape}")
+    order = _release_order(models, goal_from_initial, world_from_goal, spec)
+    stays = [i for i in range(count) if i not in order]
+    there = [*bodies.others, *((models[i], world_from_goal[i]) for i in stays)]
+    with TabletopWorld(
+        [model for model, _ in there], [pose for _, pose in there], bodies.table, ground=bodies.ground
+    ) as world:
+        trial = _Trial(world, bodies, world_from_goal, stays)
         checks, failure = (), None
         try:
-            for batch in [order] if together else [(index,) for index in order]:
+            for batch in [order] if release.together else [(index,) for index in order]:
                 trial.place(batch)
-            trial.wait(until_rest)
-            checks = asked_checks(
-                world,
-                [*(trial.placed[k] for k in range(len(models))), *range(len(others))],
-                spec,
-                [*world_from_initial, *(pose for _, pose in others)],
-                [*trial.own_names, *trial.names[: len(others)]],
-                count=len(models),
-                aside=aside,
-                colors=colors,
-            )
+            trial.wait(release.until_rest)
+            checks = trial.checks(spec, aside)
             trial.check_places()
         except _Failure as caught:
             failure = caught
-        final = np.full(world_from_goal.shape, np.nan)
-        for index, placed in trial.placed.items():
-            final[index] = world.pose(placed)
-        if on_end is not None:
-            on_end(world)
+        final = trial.final_poses()
+        if release.on_end is not None:
+            release.on_end(world)
     failure = failure or _semantic_failure(checks)
     return Verdict(
         success=failure is None,
@@ -233,6 +197,25 @@ def place_and_check(
         seconds=time.perf_counter() - started,
         penetrated=failure and failure.penetrated,
     )
+
+
+def _release_order(
+    models: Sequence[ObjectModel],
+    goal_from_initial: np.ndarray,
+    world_from_goal: np.ndarray,
+    spec: StructureSpec | Goal,
+) -> tuple[int, ...]:
+    """Return the objects that are released, supports first: all of a structure, under a goal those that move.
+
+    Raises:
+        GoalError: for a goal that counts other objects.
+    """
+    moved, after = list(range(len(models))), {}
+    if isinstance(spec, Goal):
+        after = carried_after(require_indices(spec, len(models)))
+        moved = [i for i in moved if not np.allclose(goal_from_initial[i], np.eye(4), atol=_STAYS)]
+    ranks = executable_order([models[i] for i in moved], world_from_goal[moved], _renumbered(after, moved))
+    return tuple(moved[k] for k in ranks)
 
 
 def _renumbered(after: Mapping[int, Sequence[int]], moved: Sequence[int]) -> dict[int, list[int]]:
@@ -253,22 +236,20 @@ class _Trial:
     """One run of the protocol in a world whose first objects are the distractors, then those that stay."""
 
     def __init__(
-        self,
-        world: TabletopWorld,
-        models: Sequence[ObjectModel],
-        world_from_goal: np.ndarray,
-        names: Sequence[str] | None,
-        stays: Sequence[int] = (),
+        self, world: TabletopWorld, bodies: TabletopBodies, world_from_goal: np.ndarray, stays: Sequence[int] = ()
     ) -> None:
-        self.world, self.models, self.world_from_goal = world, models, world_from_goal
+        self.world, self.bodies, self.world_from_goal = world, bodies, world_from_goal
+        models, others = bodies.models, [model for model, _ in bodies.others]
+        for place, number in enumerate((*range(len(models), len(models) + len(others)), *stays)):
+            if number in bodies.held:
+                world.hold(place)
         # All lists below follow the world's indices: the distractors, then the objects as placed.
         self.expected = world.poses()
-        count = len(world.models) - len(stays)
-        every_name = unique_names([*models, *world.models[:count]]) if names is None else list(names)
+        every_name = unique_names([*models, *others]) if bodies.names is None else list(bodies.names)
         self.own_names, self.names = every_name[: len(models)], every_name[len(models) :]
         self.names += [self.own_names[i] for i in stays]
         # Number of the object -> its index in the world.
-        self.placed: dict[int, int] = {number: count + k for k, number in enumerate(stays)}
+        self.placed: dict[int, int] = {number: len(others) + k for k, number in enumerate(stays)}
         self.measured = {"penetration": 0.0, "speed": 0.0, "displacement": 0.0, "tilt": 0.0}
 
     def place(self, numbers: Sequence[int]) -> None:
@@ -285,7 +266,7 @@ class _Trial:
     def _add(self, number: int) -> None:
         """Add an object at its predicted pose, where it may penetrate nothing."""
         goal = self.world_from_goal[number]
-        index = self.world.add(self.models[number], goal)
+        index = self.world.add(self.bodies.models[number], goal)
         self.placed[number] = index
         self.expected.append(goal)
         self.names.append(self.own_names[number])
@@ -309,6 +290,27 @@ class _Trial:
                 raise self._failure("abnormal velocity", fastest, motion)
 
         self.world.settle(seconds, watch, until_rest)
+
+    def checks(self, spec: StructureSpec | Goal, aside: Sequence[int]) -> tuple[Check, ...]:
+        """Return the semantic checks of the world; physics runs in it while contacts are recorded."""
+        count, others = len(self.bodies.models), self.bodies.others
+        return asked_checks(
+            self.world,
+            [*(self.placed[k] for k in range(count)), *range(len(others))],
+            spec,
+            [*self.bodies.world_from_initial, *(pose for _, pose in others)],
+            [*self.own_names, *self.names[: len(others)]],
+            count=count,
+            aside=aside,
+            colors=self.bodies.colors,
+        )
+
+    def final_poses(self) -> np.ndarray:
+        """Return the poses (N, 4, 4) of the objects; NaN for those never placed."""
+        final = np.full(self.world_from_goal.shape, np.nan)
+        for number, index in self.placed.items():
+            final[number] = self.world.pose(index)
+        return final
 
     def check_places(self) -> None:
         """Check that every object is on the table, upright, and near its goal."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import typer
 
-from agent.cli.evaluate.components import completion, coverage, discriminators, nouns, segmentation
+from agent.cli.evaluate.components import ON_SCENES, coverage, discriminators, evaluate_on_scenes, segmentation
 from agent.cli.evaluate.goals import goals
 from agent.cli.evaluate.language import language, parse
 from agent.cli.evaluate.latency import chat
@@ -21,8 +23,13 @@ def _evaluate() -> None:
     """
 
 
-_COMMANDS = (
-    success, goals, arm, recordings, segmentation, nouns, completion, parse, language, discriminators, coverage, chat,
-)  # fmt: skip
-for _command in _COMMANDS:
-    evaluate_app.command(_command.__name__)(_command)
+def _add(*commands: Callable[..., None]) -> None:
+    """Add commands that are named like their functions."""
+    for command in commands:
+        evaluate_app.command(command.__name__)(command)
+
+
+_add(success, goals, arm, recordings, segmentation)
+for _name, _help in ON_SCENES.items():
+    evaluate_app.command(_name, help=_help)(evaluate_on_scenes)
+_add(parse, language, discriminators, coverage, chat)

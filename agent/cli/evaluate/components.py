@@ -35,7 +35,24 @@ class Method(str, Enum):
     both = "both"
 
 
-def completion(
+# The commands that `evaluate_on_scenes` carries out, which have the same options, and their help texts.
+ON_SCENES = {
+    "nouns": (
+        "Measure how often objects in recordings get nouns, and how often these are right.\n\n"
+        "Simulated scenes are recorded. The confidence from which on objects are named was chosen without YCB "
+        "objects.\n\n"
+        "Example: structagent evaluate nouns --objects validation --scenes 10"
+    ),
+    "completion": (
+        "Compare methods of shape completion.\n\n"
+        "The unseen sides of objects are completed by all methods, and compared with the true shapes.\n\n"
+        "Example: structagent evaluate completion --objects ycb --scenes 10"
+    ),
+}
+
+
+def evaluate_on_scenes(
+    ctx: typer.Context,
     objects: ObjectsOption = "ycb",
     scenes: ScenesOption = 10,
     seed: SeedOption = 0,
@@ -43,38 +60,17 @@ def completion(
     out: ReportOption = None,
     json_output: JsonOption = False,
 ) -> None:
-    """Compare methods of shape completion.
-
-    The unseen sides of objects are completed by all methods, and compared with the true shapes.
-
-    Example: structagent evaluate completion --objects ycb --scenes 10
-    """
+    """Measure on simulated scenes what the command is named after, one of `ON_SCENES`."""
     check_file(out)
     import_pybullet_silently()
-    from agent.evaluation.completion import measure_completion, print_completion
+    if ctx.command.name == "nouns":
+        from agent.evaluation.nouns.measurement import measure_nouns as measure
+        from agent.evaluation.nouns.measurement import print_nouns as print_report
+    else:
+        from agent.evaluation.completion import measure_completion as measure
+        from agent.evaluation.completion import print_completion as print_report
 
-    finish(partial(measure_completion, objects, scenes, seed, workers), print_completion, out, json_output)
-
-
-def nouns(
-    objects: ObjectsOption = "ycb",
-    scenes: ScenesOption = 10,
-    seed: SeedOption = 0,
-    workers: ProcessesOption = _CORES,
-    out: ReportOption = None,
-    json_output: JsonOption = False,
-) -> None:
-    """Measure how often objects in recordings get nouns, and how often these are right.
-
-    Simulated scenes are recorded. The confidence from which on objects are named was chosen without YCB objects.
-
-    Example: structagent evaluate nouns --objects validation --scenes 10
-    """
-    check_file(out)
-    import_pybullet_silently()
-    from agent.evaluation.nouns.measurement import measure_nouns, print_nouns
-
-    finish(partial(measure_nouns, objects, scenes, seed, workers), print_nouns, out, json_output)
+    finish(partial(measure, objects, scenes, seed, workers), print_report, out, json_output)
 
 
 def segmentation(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agent.arm.arm_model import FINGER_OPEN, FINGERS, arm_model
+from agent.arm.build_listeners import BuildListeners
 from agent.arm.controller import ArmDriver
 from agent.arm.events import Placed
 from agent.arm.executor import build_structure
@@ -15,6 +16,7 @@ from agent.arm.recovery import is_folded, leave_start
 from agent.arm.state import ArmState
 from agent.errors import BadInput
 from agent.scenes.table_scene import TableScene
+from agent.scenes.workcell import Workcell
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement, Table
@@ -70,7 +72,8 @@ def test_a_build_leads_the_arm_from_where_it_stood():
     start, goal = pose_from_xyz_yaw(0.42, -0.15, 0.0, 0.3), pose_from_xyz_yaw(0.47, 0.15, 0.0, 0.3)
     state = recorded(*HOME, joint_finger_1=0.8, joint_finger_2=0.8, joint_finger_3=0.8)
     base = pose_from_xyz_yaw(0.0, 0.0, 0.05, math.pi / 2)
-    with TableScene(models, start[None], 1, np.random.default_rng(0), arm=state, world_from_base=base) as table:
+    workcell = Workcell(arm=state, world_from_base=base)
+    with TableScene(models, start[None], 1, np.random.default_rng(0), workcell) as table:
         arm = table.arm
         np.testing.assert_allclose(arm.configuration(), HOME, atol=1e-9)
         np.testing.assert_allclose(arm.finger_angles(), [0.8] * 3, atol=1e-9)
@@ -79,9 +82,9 @@ def test_a_build_leads_the_arm_from_where_it_stood():
         picture = table.picture("opposite")
         scene, first = table.look(), []
         arrangement = Arrangement((goal @ np.linalg.inv(start))[None])
+        listeners = BuildListeners(on_step=lambda: first.append(arm.configuration()))
         work = build_structure(
-            table.world, arm, scene, [arrangement], rng=np.random.default_rng(0),
-            on_step=lambda: first.append(arm.configuration()),
+            table.world, arm, scene, [arrangement], rng=np.random.default_rng(0), listeners=listeners
         )
         assert isinstance(list(work)[-1], Placed)
         assert np.abs(first[0] - HOME).max() < 0.01
@@ -95,8 +98,8 @@ def test_an_arm_that_stands_lower_than_the_table_around_it_moves_freely():
     """What was measured of the table is a rectangle, and it reaches to where the arm stands."""
     base = pose_from_xyz_yaw(0.0, 0.0, -0.25, math.pi / 2)
     models, poses = [procedural_object("block", 1)], pose_from_xyz_yaw(0.5, -0.3, 0.0, 0.0)[None]
-    around = {"ground": Table(-0.5, 0.9, -0.6, 0.6), "arm": recorded(*HOME), "world_from_base": base}
-    with TableScene(models, poses, 1, np.random.default_rng(0), **around) as table:
+    around = Workcell(ground=Table(-0.5, 0.9, -0.6, 0.6), arm=recorded(*HOME), world_from_base=base)
+    with TableScene(models, poses, 1, np.random.default_rng(0), around) as table:
         table.world.step(0.5)
         np.testing.assert_allclose(table.arm.configuration(), HOME, atol=0.005)
         table.arm.teleport(np.array(HOME) + (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -109,7 +112,7 @@ def test_a_closed_hand_opens_where_it_must():
     """Fully closed fingers overlap each other, and no motion is free of that; the arm is led back all the same."""
     state = recorded(*HOME, **dict.fromkeys(FINGERS, 1.4))
     models, poses = [procedural_object("block", 1)], pose_from_xyz_yaw(0.5, -0.3, 0.0, 0.0)[None]
-    with TableScene(models, poses, 1, np.random.default_rng(0), arm=state) as table:
+    with TableScene(models, poses, 1, np.random.default_rng(0), Workcell(arm=state)) as table:
         driver = ArmDriver(table.world, table.arm, weld=True)
         with PlanningScene(np.random.default_rng(0), table.arm.kinematics) as scene:
             leave_start(driver, scene)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from agent.arm.arm_model import FINGER_OPEN
+from agent.arm.build_listeners import BuildListeners
 from agent.arm.controller import ArmDriver
 from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, Planned, Stopped
 from agent.arm.executor import build_structure
@@ -44,9 +45,8 @@ class Bench:
         """Moves the block to `GOAL`; `happened` has its events, whatever ends it."""
         self.happened = []
         arrangement = Arrangement(np.array([GOAL @ np.linalg.inv(self.world.pose(0))]))
-        work = build_structure(
-            self.world, self.arm, self.scene(), [arrangement], rng=np.random.default_rng(seed), on_step=self.watch
-        )
+        rng, listeners = np.random.default_rng(seed), BuildListeners(on_step=self.watch)
+        work = build_structure(self.world, self.arm, self.scene(), [arrangement], rng=rng, listeners=listeners)
         for event in work:
             self.happened.append(event)
 

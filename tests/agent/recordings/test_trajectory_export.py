@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from agent.arm.arm_model import FINGER_SPEED, FINGERS, arm_model
+from agent.arm.build_listeners import BuildListeners
 from agent.arm.executor import build_structure
 from agent.arm.state import ArmState
 from agent.errors import BadInput, UsageError
 from agent.recordings.trajectory_export import TrajectoryLog, check_export, write_trajectory
 from agent.scenes.table_scene import TableScene
+from agent.scenes.workcell import Workcell
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
@@ -31,10 +33,11 @@ def log() -> TrajectoryLog:
     start, goal = pose_from_xyz_yaw(0.42, -0.15, 0.0, 0.3), pose_from_xyz_yaw(0.47, 0.1, 0.0, 0.3)
     angles = dict(zip((*MODEL.joints, *FINGERS), (*WOUND, CLOSED, CLOSED, CLOSED), strict=True))
     arm, log = ArmState(MODEL.name, angles, PREFIX), TrajectoryLog()
-    with TableScene([procedural_object("block", 1)], start[None], 1, np.random.default_rng(0), arm=arm) as table:
+    models, workcell = [procedural_object("block", 1)], Workcell(arm=arm)
+    with TableScene(models, start[None], 1, np.random.default_rng(0), workcell) as table:
         scene, arrangement = table.look(), Arrangement((goal @ np.linalg.inv(start))[None])
-        rng = np.random.default_rng(0)
-        for _ in build_structure(table.world, table.arm, scene, [arrangement], rng=rng, log=log):
+        rng, listeners = np.random.default_rng(0), BuildListeners(log=log)
+        for _ in build_structure(table.world, table.arm, scene, [arrangement], rng=rng, listeners=listeners):
             pass
         assert np.linalg.norm(table.world.pose(0)[:2, 3] - goal[:2, 3]) < 0.03
     return log

@@ -15,6 +15,7 @@ from structdiffusion.objects.rigid_body import mass_properties
 from structdiffusion.objects.solids import box
 from structdiffusion.observation import ObjectCloud
 from structdiffusion.protocol.physical_stability import place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.simulation.world import TabletopWorld
 
 NOUNS = ("mug", "box", "bottle", "plate", "fork", "bowl")
@@ -67,7 +68,7 @@ def test_arrangements_are_tried_on_guessed_bodies(seen):
 
     def tried(shift):
         motions = np.array([np.eye(4), pose_from_xyz_yaw(*shift, 0.0)])
-        return place_and_check(models, poses, motions, StructureSpec("line"), scene.table, others)
+        return place_and_check(TabletopBodies(models, poses, scene.table, others), motions, StructureSpec("line"))
 
     assert tried((0.0, 0.0, 0.0)).success
     bottle = seen[1][2][:3, 3] - seen[1][1][:3, 3]

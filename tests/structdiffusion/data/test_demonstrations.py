@@ -11,6 +11,7 @@ from structdiffusion.data.shards import draw_shard, settled_stack
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box, frustum
 from structdiffusion.protocol.physical_stability import place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.word_tokens import WORDS
 
@@ -121,7 +122,8 @@ def test_stored_towers_stand(data_folder, library):
         starts, goals = data.initial[row, :count].astype(float), data.goal[row, :count].astype(float)
         initial = np.array([pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in starts])
         goal = np.array([pose_from_xyz_yaw(*at[:3], start[2] + at[3]) for at, start in zip(goals, starts)])
-        verdict = place_and_check(models, initial, goal @ np.linalg.inv(initial), StructureSpec("tower"))
+        bodies, motions = TabletopBodies(models, initial), goal @ np.linalg.inv(initial)
+        verdict = place_and_check(bodies, motions, StructureSpec("tower"))
         assert verdict.success, (row, verdict)
         built += 1
     assert built >= 2

@@ -16,6 +16,7 @@ from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.goal_planner import GoalPlanner
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.protocol.physical_stability import Verdict, place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.simulation.world import TabletopWorld
 from structdiffusion.structures.structure import LayoutError
 
@@ -60,7 +61,8 @@ class TableOf:
         return PLANNER.propose(self.scene, self.goal, generator=torch.Generator().manual_seed(seed), **more)
 
     def stands(self, best) -> bool:
-        verdict = place_and_check(self.models, self.poses, best.goal_from_initial, self.goal, aside=best.aside)
+        bodies = TabletopBodies(self.models, self.poses)
+        verdict = place_and_check(bodies, best.goal_from_initial, self.goal, best.aside)
         assert verdict.success, verdict.detail
         still = [i for i in range(len(self.models)) if i not in best.moved]
         np.testing.assert_array_equal(best.goal_from_initial[still], np.tile(np.eye(4), (len(still), 1, 1)))
@@ -155,7 +157,8 @@ def test_groups_stand_apart_by_kind_and_by_colour(five):
     part = StructurePart("cluster", objects=(0, 1, 2, 3), group_by="colour")
     colors = ("red", "blue", "red", "blue", "red")
     best = five.proposed(part, colors=colors)[0]
-    verdict = place_and_check(five.models, five.poses, best.goal_from_initial, five.goal, colors=colors)
+    bodies = TabletopBodies(five.models, five.poses, colors=colors)
+    verdict = place_and_check(bodies, best.goal_from_initial, five.goal)
     assert verdict.success, verdict.detail
     with pytest.raises(GoalError, match="their colours are not known"):
         five.proposed(part)

@@ -11,6 +11,7 @@ from structdiffusion.observation import Arrangement
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.protocol.physical_stability import place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.simulation.world import TabletopWorld
 
 pytestmark = pytest.mark.usefixtures("one_cache")
@@ -50,8 +51,8 @@ def test_what_goes_into_a_vessel_is_let_down(models, scene):
     lowered = PhysicsRollout(scene).set_down(onto(0, 1, rim))
     assert 0.006 < lowered[1, 2, 3] < 0.03
     np.testing.assert_array_equal(lowered[[0, 2]], onto(0, 1, rim)[[0, 2]])
-    first = place_and_check(models[:2], AT[:2], onto(0, 1, rim)[:2], TOWER)
-    second = place_and_check(models[:2], AT[:2], lowered[:2], TOWER)
+    first = place_and_check(TabletopBodies(models[:2], AT[:2]), onto(0, 1, rim)[:2], TOWER)
+    second = place_and_check(TabletopBodies(models[:2], AT[:2]), lowered[:2], TOWER)
     assert first.failure == "abnormal velocity" and second.failure != "abnormal velocity"
 
 
@@ -59,9 +60,9 @@ def test_what_would_be_inside_of_something_is_lifted_out_of_it(models, scene):
     """A block 3 cm deep in the bowl's walls, which are narrower than it."""
     deep = onto(0, 2, estimate(scene.objects[0]).height - 0.03)
     lifted = PhysicsRollout(scene).set_down(deep)
-    pair = [models[0], models[2]]
-    before = place_and_check(pair, AT[::2], deep[[0, 2]], TOWER)
-    after = place_and_check(pair, AT[::2], lifted[[0, 2]], TOWER)
+    pair = TabletopBodies([models[0], models[2]], AT[::2])
+    before = place_and_check(pair, deep[[0, 2]], TOWER)
+    after = place_and_check(pair, lifted[[0, 2]], TOWER)
     assert before.failure == "intersection" and after.success
     np.testing.assert_array_equal(lifted[:2], deep[:2])
 
@@ -76,9 +77,10 @@ def test_what_lands_on_a_level_top_or_on_the_table_stays_where_it_is(models, sce
 def test_the_verdict_of_a_rollout_is_that_of_the_true_objects(models, scene):
     two = scene.select([0, 2])  # the bowl and the block; the can is a distractor
     rollout = PhysicsRollout(two)
+    bodies = TabletopBodies([models[0], models[2]], [AT[0], AT[2]], others=[(models[1], AT[1])])
     for height, off, stands in ((0.064, 0.0, True), (0.064, 0.075, False), (0.03, 0.0, False), (0.0, 0.1, False)):
         motions = onto(2, 0, height, off)[[0, 2]]
-        true = place_and_check([models[0], models[2]], [AT[0], AT[2]], motions, TOWER, others=[(models[1], AT[1])])
+        true = place_and_check(bodies, motions, TOWER)
         guessed = rollout.verdict(motions, TOWER)
         assert true.success == guessed.success == stands
         assert true.failure == guessed.failure

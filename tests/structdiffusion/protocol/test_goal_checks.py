@@ -10,6 +10,7 @@ from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.objects.solids import assemble, box
 from structdiffusion.protocol.goal_checks import asked_checks, goal_checks
 from structdiffusion.protocol.physical_stability import executable_order, place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.protocol.world_checks import semantic_checks
 from structdiffusion.simulation.world import TabletopWorld
 
@@ -152,19 +153,19 @@ def test_a_spoon_in_a_mug_is_inside_and_beside_it_is_not():
 def test_only_what_moves_is_released_and_carriers_come_first():
     plate, cube = block(0.12, 0.02, "plate"), block(0.04, 0.04)
     initial = [at(0.3, 0.3), at(0.5, -0.2), at(0.5, 0.2)]
-    goal = Goal((RelationPart("on", (1,), (0,)),))
+    bodies, goal = TabletopBodies([plate, cube, cube], initial), Goal((RelationPart("on", (1,), (0,)),))
 
     def motions(*goals):
         return np.stack([place @ np.linalg.inv(start) for place, start in zip(goals, initial)])
 
-    verdict = place_and_check([plate, cube, cube], initial, motions(initial[0], at(0.3, 0.3, 0.021), initial[2]), goal)
+    verdict = place_and_check(bodies, motions(initial[0], at(0.3, 0.3, 0.021), initial[2]), goal)
     assert verdict.success and verdict.order == (1,), verdict.detail
-    moved = place_and_check([plate, cube, cube], initial, motions(at(0.4, 0.0), at(0.4, 0.0, 0.021), initial[2]), goal)
+    moved = place_and_check(bodies, motions(at(0.4, 0.0), at(0.4, 0.0, 0.021), initial[2]), goal)
     assert moved.success and moved.order == (0, 1)
     pushed = motions(initial[0], at(0.3, 0.3, 0.021), at(0.5, 0.25))
-    assert place_and_check([plate, cube, cube], initial, pushed, goal).failure == "semantic"
-    assert place_and_check([plate, cube, cube], initial, pushed, goal, aside=[2]).success
-    onto = place_and_check([plate, cube, cube], initial, motions(initial[0], at(0.5, 0.21), initial[2]), goal)
+    assert place_and_check(bodies, pushed, goal).failure == "semantic"
+    assert place_and_check(bodies, pushed, goal, aside=[2]).success
+    onto = place_and_check(bodies, motions(initial[0], at(0.5, 0.21), initial[2]), goal)
     assert onto.failure == "intersection" and onto.penetrated == "block 2"  # what stays is there from the start
 
 

@@ -11,6 +11,7 @@ from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.objects.solids import assemble, box, frustum
 from structdiffusion.observation import Table
 from structdiffusion.protocol.physical_stability import executable_order, place_and_check
+from structdiffusion.protocol.release import TabletopBodies
 from structdiffusion.protocol.world_checks import semantic_checks
 from structdiffusion.simulation.world import TabletopWorld
 
@@ -36,7 +37,7 @@ def at(x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> np.ndarray:
 def try_goals(models, goals, spec, table=Table(), others=()):
     initial = np.stack([at(INITIAL_X, 0.1 * k - 0.2, 0.0, 0.3 * k) for k in range(len(models))])
     motions = np.stack(goals) @ np.linalg.inv(initial)
-    return place_and_check(models, initial, motions, spec, table, others)
+    return place_and_check(TabletopBodies(models, initial, table, others), motions, spec)
 
 
 def test_an_exact_line_of_boxes_succeeds():
@@ -172,4 +173,4 @@ def test_a_tower_that_also_leans_on_the_table_is_none_even_where_the_shape_is_op
 
 def test_wrong_shapes_are_named():
     with pytest.raises(ValueError, match=r"motions of 1 objects are \(1, 4, 4\), got \(2, 4, 4\)"):
-        place_and_check([block()], np.eye(4)[None].repeat(2, 0), np.eye(4)[None].repeat(2, 0), LINE)
+        place_and_check(TabletopBodies([block()], np.eye(4)[None].repeat(2, 0)), np.eye(4)[None].repeat(2, 0), LINE)

@@ -1,0 +1,23 @@
+"""Name those that follow a build while the arm is at work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from agent.arm.controller import MotionListener
+
+
+@dataclass(frozen=True)
+class BuildListeners:
+    """Those that follow a build, besides whoever takes its events.
+
+    Attributes:
+        on_step: called after every physics step.
+        on_check: called for every configuration that planning checks.
+        log: receives every motion of the arm.
+    """
+
+    on_step: Callable[[], None] | None = None
+    on_check: Callable[[], None] | None = None
+    log: MotionListener | None = None
