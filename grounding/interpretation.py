@@ -12,10 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from grounding.goal_network.second_reader import (
+from grounding.goal_network.network_reading import NetworkReading
+from grounding.goal_network.reading_choice import (
     FirstReading,
-    NetworkReading,
-    SecondReader,
     asks_nothing,
     counts,
     doubted,
@@ -24,6 +23,7 @@ from grounding.goal_network.second_reader import (
     notes_of,
     sorts,
 )
+from grounding.goal_network.second_reader import SecondReader
 from grounding.goal_network.suggestions import suggested_goals
 from grounding.goal_reading.reader import GoalReading, ReadsGoals, more_than_plain
 from grounding.goal_reading.unread_words import unread_note

@@ -14,10 +14,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from grounding.foreign_languages import foreign_language
-from grounding.goal_network.second_reader import (
-    NetworkReading,
-    SecondReader,
-)
+from grounding.goal_network.network_reading import NetworkReading
+from grounding.goal_network.second_reader import SecondReader
 from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart

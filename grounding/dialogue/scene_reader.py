@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from grounding.dialogue.revise import Revision
-from grounding.goal_network.second_reader import NetworkReading
+from grounding.goal_network.network_reading import NetworkReading
 from grounding.goal_reading.reader import GoalReading
 from grounding.goals.goal import Goal
 from grounding.parse_result import Parse, Question

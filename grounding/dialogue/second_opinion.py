@@ -16,7 +16,8 @@ from grounding.dialogue.part_lengths import CannotApplyError
 from grounding.dialogue.relative_edits import normalized, relative_edits
 from grounding.dialogue.revision_checks import unsupported
 from grounding.dialogue.structure_edits import revised_structure
-from grounding.goal_network.second_reader import WEIGHTY, NetworkReading, brings_together
+from grounding.goal_network.network_reading import NetworkReading, brings_together
+from grounding.goal_network.weighty_words import weighty
 from grounding.goals.comparison import compare_goals
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
@@ -59,7 +60,7 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
     if found.status == "ok" and computed:
         return found  # the network cannot calculate
     second = turn.reader.corrected(turn.last, turn.text)
-    if second is None or second.question is not None or WEIGHTY & set(second.uncopied) or brings_together(second):
+    if second is None or second.question is not None or weighty(second.uncopied) or brings_together(second):
         return found
     if found.status == "ok":
         return _doubted(turn, found, second)
@@ -89,7 +90,7 @@ def _offered(turn: Turn, second: NetworkReading) -> list[Goal]:
     least = LIKELY_OF_UNKNOWN if second.unknown else LIKELY
     goals = [
         each.goal for each in readings
-        if each.goal is not None and each.certainty >= least and not WEIGHTY & set(each.uncopied)
+        if each.goal is not None and each.certainty >= least and not weighty(each.uncopied)
         and not brings_together(each) and not _same(turn, each.goal, turn.last)
     ]  # fmt: skip
     return sorted(goals, key=lambda goal: bool(unsupported(turn, goal, _kind(turn, goal))))[:MOST_OFFERED]

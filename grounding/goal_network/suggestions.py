@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from grounding.goal_network.second_reader import NetworkReading, brings_together, weighty
+from grounding.goal_network.network_reading import NetworkReading, brings_together
+from grounding.goal_network.weighty_words import weighty
 from grounding.goals.goal import Goal
 
 # Chosen on development instructions: half of those that are refused wrongly have the right goal among these, and few

@@ -7,7 +7,7 @@ import pytest
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn
 from grounding.dialogue.second_opinion import AS_IT_IS, second_opinion
-from grounding.goal_network.second_reader import NetworkReading
+from grounding.goal_network.network_reading import NetworkReading
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
 

@@ -3,7 +3,7 @@
 import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
-from grounding.goal_network.second_reader import NetworkReading
+from grounding.goal_network.network_reading import NetworkReading
 from grounding.goal_network.suggestions import LIKELY, LIKELY_OF_A_QUESTION, MOST_SUGGESTED, suggested_goals
 from grounding.goal_network.writer import NetworkWriter
 from grounding.goals.goal import Goal

@@ -1,0 +1,222 @@
+"""Decide which reading of an instruction counts: the goal network's, or that of the grammar and the parser of five slots.
+
+The grammar's reader builds nothing that has a word it does not know, which is safe and refuses much of what people say.
+The network reads such sentences too, and says how certain it is. Its goal is used in place of a refusal, a question or
+another goal only where it is certain, legal, feasible and free of contradictions; words that the grammar does not know
+are then quoted in a note.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from grounding.goal_network.network_reading import NetworkReading, brings_together
+from grounding.goal_network.vocabulary import NOTHING
+from grounding.goal_network.weighty_words import WEIGHTY, WEIGHTY_IF_UNKNOWN, weighty, words_held
+from grounding.goal_reading.reader import GoalReading, more_than_plain
+from grounding.goal_reading.unread_words import unread_note
+from grounding.goals.comparison import compare_goals
+from grounding.goals.goal import Goal
+from grounding.goals.parts import RelationPart
+from grounding.spec import SLOTS, StructureSpec
+
+# Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
+CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
+MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
+HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
+# Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
+_EXCEPTION = re.compile(
+    r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
+    re.IGNORECASE,
+)
+_KEPT = re.compile(
+    r"\b(?:stay\w*|keep\w*|kept|leav\w+|remain\w*|untouched|alone|where (?:it|they) (?:is|are)|exempt\w*|excus\w+|mind|bother\w*"
+    r"|not (?:required|needed|wanted)|ignor\w+|forget|skip\w*)\b",
+    re.IGNORECASE,
+)
+_PARALLEL = frozenset("parallel perpendicular".split())  # of a line to an edge; no goal holds how an object lies
+# An order that an instruction asks for.
+_ORDERED = re.compile(
+    r"\b(?:in (?:order|sequence) of|in (?:\w+ )?order|ordered|sort(?:ed)?|by (?:size|height|width|volume|weight))\b", re.IGNORECASE
+)
+
+
+@dataclass(frozen=True)
+class FirstReading:
+    """What the grammar and the parser of the five slots made of an instruction.
+
+    Attributes:
+        reading: the grammar's.
+        status: what it came to: "ok", "ask" or "refused".
+        goal: in the speaker's frame; without parts unless the status is "ok".
+        requests: whether the instruction is worded as a request, and not like a question about the scene.
+        idle: whether the parser of the five slots sees no arranging in it.
+        text: the instruction.
+        excepts: whether it may leave something out.
+        keeps: whether it may say what stays as it is.
+        asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
+        sorts: whether it asks for an order.
+        slots: what the parser of the five slots reads, in the speaker's frame; `None` where it refuses or asks.
+    """
+
+    reading: GoalReading
+    status: str
+    goal: Goal
+    requests: bool
+    idle: bool
+    text: str = ""
+    excepts: bool = False
+    keeps: bool = False
+    asks_place: bool = False
+    sorts: bool = False
+    slots: StructureSpec | None = None
+
+    @property
+    def plain(self) -> bool:
+        """Return whether it is one plain structure, which the parser of the five slots reads best."""
+        return self.status == "ok" and not more_than_plain(self.goal)
+
+    @property
+    def half_read(self) -> bool:
+        """Return whether it is a plain structure of whose instruction the grammar knows only a part."""
+        return self.plain and not self.reading.complete
+
+
+def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
+    """Decide whether the network's goal is used in place of the first reading.
+
+    Args:
+        second: the network's reading.
+        first: the other one.
+        count: of objects in the scene; `None` if none is known.
+    """
+    reading = first.reading
+    settled = reading.work or reading.conditions or reading.never or reading.definite
+    asked = first.requests or (second.certainty >= MORE_CERTAIN and not first.text.rstrip().endswith("?"))
+    if second.goal is None or not asked or settled:
+        return False
+    if weighty(second.uncopied) or (first.asks_place and not (second.certainty >= MORE_CERTAIN and _has_place(second.goal))):
+        return False
+    if _PARALLEL & set(second.uncopied) and not any(part.along for part in second.goal.structures):
+        return False
+    if _lacks_objects(second, first) or brings_together(second) or (first.sorts and not _sorted(second.goal)):
+        return False
+    if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
+        return False  # the network knows no pairs
+    agreed = agrees(second.goal, first.slots)
+    if first.status == "ok":
+        if agreed and not first.plain:
+            return second.certainty >= CERTAIN
+        if first.plain and (count is None or supports(second.goal, first.goal)):
+            return False
+        if not first.plain and reading.complete and not reading.corrected and _loses(second.goal, first.goal):
+            return False
+        enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
+        enough = enough and (first.half_read or not first.excepts)
+        return enough and _differ(second.goal, first.goal, count)
+    unknown = {word for words in reading.residue for word in re.findall(r"[a-z]+", words.lower())}
+    if (unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN)) - words_held(second.goal, first.text):
+        return False
+    understood = bool(reading.problem) and not reading.residue and not agreed
+    return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+
+
+def _has_place(goal: Goal) -> bool:
+    """Return whether each part of a goal has a place on the table, or is beside something."""
+    return all(
+        isinstance(part, RelationPart) or part.along is not None or part.x_position is not None or part.y_position is not None
+        for part in goal.parts
+    )
+
+
+def asks_nothing(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether a text is worded like a question about the scene, and the network is certain that it asks for nothing."""
+    return not first.requests and second.answer == NOTHING and second.certainty >= MORE_CERTAIN
+
+
+def _lacks_objects(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether the network's goal lacks an object of the instruction that the grammar had no use for either."""
+    everything = any(part.objects is None for part in second.goal.structures)
+    named = set(second.goal.named_objects())
+    return not (everything or first.keeps) and any(named.isdisjoint(each) for each in first.reading.left_over)
+
+
+def _loses(goal: Goal, other: Goal) -> bool:
+    """Return whether a goal lacks what another one was understood to ask for: an object, or a part among others."""
+    fewer = len(goal.parts) < len(other.parts) and all(part in other.parts for part in goal.parts)
+    everything = any(part.objects is None for part in goal.structures)
+    return fewer or not (everything or set(other.named_objects()) <= set(goal.named_objects()))
+
+
+def _sorted(goal: Goal) -> bool:
+    return any(part.order is not None or part.group_by is not None for part in goal.structures)
+
+
+def _differ(goal: Goal, other: Goal, count: int | None) -> bool:
+    """Return whether two goals differ; where no scene is known, in more than the words for objects."""
+    if count is not None:
+        return not compare_goals(goal, other, count).exact
+    return _without_words(goal) != _without_words(other)
+
+
+def _without_words(goal: Goal) -> list[str]:
+    words = ("objects", "reference", "around")
+    return sorted(
+        str({key: value if key not in words else value is None for key, value in part.to_dict().items()})
+        for part in goal.parts
+    )
+
+
+def doubted(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
+    """Decide whether a structure is not built because the grammar knows only a part of its instruction, and the network
+    reads something else, or nothing.
+    """
+    if count is None or not first.half_read or not first.reading.residue:
+        return False
+    return second.goal is None or not supports(second.goal, first.goal)
+
+
+def agrees(goal: Goal, slots: StructureSpec | None) -> bool:
+    """Return whether a goal is the plain structure that the parser of the five slots reads: two readers, one goal."""
+    return slots is not None and not more_than_plain(goal) and goal.structures[0].spec == slots
+
+
+def supports(goal: Goal, plain: Goal) -> bool:
+    """Return whether a goal is a plain structure of the same objects with no other slots than this one has.
+
+    The parser of the five slots knows more words for them than the network, which may leave some open.
+    """
+    if len(goal.parts) != 1 or more_than_plain(goal) or len(plain.parts) != 1:
+        return False
+    (one,), (other,) = goal.structures, plain.structures
+    slots = ((getattr(one, slot), getattr(other, slot)) for slot in SLOTS)
+    same = None in (one.objects, other.objects) or set(one.objects or ()) == set(other.objects or ())
+    return same and all(read in (None, known) for read, known in slots)
+
+
+def excepts(text: str) -> bool:
+    """Return whether an instruction may leave something out of what it names."""
+    return _EXCEPTION.search(text) is not None
+
+
+def sorts(text: str) -> bool:
+    """Return whether an instruction asks for an order of objects."""
+    return _ORDERED.search(text) is not None
+
+
+def keeps(text: str) -> bool:
+    """Return whether an instruction may say what stays as it is."""
+    return _KEPT.search(text) is not None
+
+
+def notes_of(second: NetworkReading, first: GoalReading) -> tuple[str, ...]:
+    """Return the notes on a goal that is used: what it says itself, and the words of which it holds nothing for certain.
+
+    Words that it copied, for objects or lengths, are in the goal that the user sees. What the grammar took for an object, as
+    the sun in "the sun is in the south, so ...", is named too.
+    """
+    uncopied = set(second.uncopied)
+    taken = [one for one in first.goal.named_objects() if isinstance(one, str)]
+    unread = [words for words in (*first.residue, *taken) if uncopied & set(re.findall(r"[^\W_]+", words.lower()))]
+    return tuple(filter(None, (*second.notes, unread_note(unread, second.goal or Goal()))))
