@@ -7,6 +7,8 @@ import pytest
 from grounding.goal_network.network_reading import NetworkReading
 from grounding.goal_network.second_reader import SecondReader
 from grounding.goal_network.writer import NetworkWriter
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.interpreter import Interpreter
 
 
