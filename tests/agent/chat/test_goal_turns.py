@@ -167,3 +167,29 @@ def test_proposed_and_tried_without_the_arm(cache, sent):
         assert {goal["name"] for goal in chosen.goals} == {"cup 3", "orange"}
         assert conversation.say("5 cm more") and str(conversation.situation.parts).endswith("2 moved right by 15 cm")
         assert conversation.go() and last(sent, events.Checked).success
+
+
+KNOCKED = "pile the cups up in a pyramid, then knock it over"
+
+
+@pytest.mark.parametrize("answer", ["y", "1", "yes"])
+def test_a_refusal_asks_for_what_it_may_mean(talk, sent, answer):
+    assert talk(KNOCKED) == "None"
+    question = talk.conversation.question
+    assert "'knock'" in question.text and question.text.endswith("is this what is meant?")
+    assert question.options == ("pyramid of cup 1, cup 2, cup 3",)
+    assert talk.chat._prompt() == "[y/n] > "
+    assert talk(answer) == "shape pyramid"
+    assert talk.conversation.situation.objects == ("cup 1", "cup 2", "cup 3")
+
+
+def test_a_suggestion_that_is_not_meant_is_dropped(talk):
+    assert talk(KNOCKED, "no") == "None" and talk.conversation.question is None
+    assert talk(KNOCKED, "stack the boxes") == "shape tower"
+
+
+def test_what_was_declined_is_not_corrected_by_a_refused_instruction(talk, sent):
+    talk("stack the boxes")
+    talk.conversation.drop()
+    talk("put the orange in front of box 1 tomorrow")
+    assert "tomorrow" in last(sent, events.Failed).message
