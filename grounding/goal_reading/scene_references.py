@@ -46,7 +46,7 @@ class SceneReferences:
     """
 
     def __init__(self, objects: Sequence[SceneObject] | None, encoder: object, catalogue: bool, opposite: bool) -> None:
-        self.objects, self.catalogue = objects, catalogue
+        self.objects, self.encoder, self.catalogue = objects, encoder, catalogue
         self.candidates = Candidates(objects, encoder, catalogue) if objects is not None else None
         self.places = StandingPlaces(objects or (), opposite)
         self.subject: tuple[object, ...] | None = None  # what is placed, for "of the same colour"

@@ -18,6 +18,7 @@ from grounding.goal_reading.phrase_references.goal_phrases import GoalPhrases
 from grounding.goal_reading.phrase_references.phrase import PhraseGroup
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.tokens import split
+from grounding.goal_reading.use_descriptions import described_objects
 from grounding.goals.goal import Goal
 from grounding.goals.part_numbers import laid_around
 from grounding.goals.parts import StructurePart
@@ -130,15 +131,29 @@ class WrittenReferences:
         found: list[list[Any] | None | Exception] = []
         for group, each in zip(groups, read, strict=True):
             if isinstance(each, Doubt):
-                found.append(self.find.doubt(" and ".join(group.texts), each.found))
+                found.append(self._by_use(group.texts) or self.find.doubt(" and ".join(group.texts), each.found))
             elif not isinstance(each, NothingFits):
                 found.append(each)
             else:
                 try:
                     found.append(self._objects(group.texts))
                 except (ReadingError, SelectionError, UnusableGoalError) as error:
-                    found.append(error)
+                    found.append(self._by_use(group.texts) or error)
         return found
+
+    def _by_use(self, texts: Sequence[str]) -> list[Any] | ReadingQuestion | None:
+        """Find the objects of phrases of which one or more describe a use; `None` where none does, or another means nothing.
+        """
+        try:
+            described = [described_objects(text, self.find) for text in texts]
+            if not any(described):
+                return None
+            each = [by_use or self._objects((text,)) for text, by_use in zip(texts, described, strict=True)]
+        except ReadingQuestion as doubt:
+            return doubt
+        except (ReadingError, SelectionError, UnusableGoalError):
+            return None
+        return None if None in each else list(dict.fromkeys(one for objects in each for one in objects or ()))
 
     def _apart(self, part: dict[str, Any]) -> dict[str, Any]:
         """Leave the reference of a relation out of its objects: "the box gets everything" but itself."""
