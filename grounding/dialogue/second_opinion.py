@@ -28,9 +28,9 @@ from grounding.parse_result import Question, shortened
 CERTAIN = 0.8  # in place of a refusal
 CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
-LIKELY_OF_UNKNOWN = 0.5  # the same, where the network does not know every word
+LIKELY_AGAINST_A_REASON = 0.5  # the same, where the network does not know every word, or the rules refuse with a reason of their own
 MOST_OFFERED = 2
-REFUSES = 0.5  # that the sentence is a remark, or asks for what cannot be built: nothing is offered
+REFUSES = 0.5  # that the sentence is a remark, asks for what cannot be built, or for one of several objects: nothing is offered
 DOUBTS = 0.95  # another goal than the rules read, or none
 LONG = 10  # words: the rules read shorter corrections as well as the network does
 AS_IT_IS = "leave the goal as it is"
@@ -60,18 +60,24 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
     if found.status == "ok" and computed:
         return found  # the network cannot calculate
     second = turn.reader.corrected(turn.last, turn.text)
-    if second is None or second.question is not None or weighty(second.uncopied) or brings_together(second):
+    if second is None:
         return found
     if found.status == "ok":
-        return _doubted(turn, found, second)
-    if _certain(turn, second):
+        return _doubted(turn, found, second) if _usable(second) else found
+    reasoned = found.kind == "new" and found.status == "refused" and _VAGUE not in found.message
+    if not reasoned and _usable(second) and _certain(turn, second):
         return _network_goal(turn, found, second)
-    offered = _offered(turn, second)
+    offered = _offered(turn, second, LIKELY_AGAINST_A_REASON if reasoned or second.unknown else LIKELY)
     if not offered:
         return found
     which = "is this the goal that is meant?" if len(offered) == 1 else "is one of these the goal that is meant?"
     question = f"{shortened(turn.text)!r} was not understood for certain: {which}"
     return _question(turn, found, question, [*offered, turn.last])
+
+
+def _usable(second: NetworkReading) -> bool:
+    """Return whether a reading holds all that is said, as far as can be told."""
+    return second.question is None and not weighty(second.uncopied) and not brings_together(second)
 
 
 def _certain(turn: Turn, second: NetworkReading) -> bool:
@@ -82,16 +88,20 @@ def _certain(turn: Turn, second: NetworkReading) -> bool:
     return second.certainty >= enough and not unsupported(turn, second.goal, _kind(turn, second.goal))
 
 
-def _offered(turn: Turn, second: NetworkReading) -> list[Goal]:
-    """Return the network's goals that a sentence may mean, first those that it has words for."""
+def _offered(turn: Turn, second: NetworkReading, least: float) -> list[Goal]:
+    """Return the network's goals that a sentence may mean, first those that it has words for.
+
+    Args:
+        turn: the sentence and the goal.
+        second: the network's readings.
+        least: certainty of a goal that is offered.
+    """
     readings = (second, *second.others)
-    if _is_no_wish(second):
+    if _is_no_wish(second) or sum(each.certainty for each in readings if each.question is not None) > REFUSES:
         return []
-    least = LIKELY_OF_UNKNOWN if second.unknown else LIKELY
     goals = [
         each.goal for each in readings
-        if each.goal is not None and each.certainty >= least and not weighty(each.uncopied)
-        and not brings_together(each) and not _same(turn, each.goal, turn.last)
+        if each.goal is not None and each.certainty >= least and _usable(each) and not _same(turn, each.goal, turn.last)
     ]  # fmt: skip
     return sorted(goals, key=lambda goal: bool(unsupported(turn, goal, _kind(turn, goal))))[:MOST_OFFERED]
 
@@ -111,9 +121,7 @@ def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
     """Return whether the network is asked: not about the first instruction, nor a goal that stands in part."""
     moved = any(isinstance(part, RelationPart) and part.relation == "moved" for part in turn.last.parts)
     answerable = found.status == "ask" and bool(found.choices)
-    reasoned = answerable or found.status == "unchanged" or (
-        (found.status, found.kind) == ("refused", "new") and _VAGUE not in found.message
-    )
+    reasoned = answerable or found.status == "unchanged"
     the_same = found.plain is not None and found.plain.objects_how == "replace" and _THE_SAME.search(turn.text)
     missing = found.status == "refused" and any(not one.numbers for one in turn.said.parts)  # "drop the line" of two circles
     settled = reasoned or the_same or missing or (turn.built and moved) or _drops_named_part(turn, found)
@@ -142,7 +150,7 @@ def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRev
         doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
         return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])
     if len(turn.text.split()) >= LONG and not _same(turn, first, turn.last) and _support(turn, first, second) < LIKELY:
-        others = [goal for goal in _offered(turn, second) if not _same(turn, goal, first)]
+        others = [goal for goal in _offered(turn, second, LIKELY) if not _same(turn, goal, first)]
         question = f"{shortened(turn.text)!r} was not understood for certain: what is the goal now?"
         return _question(turn, found, question, [*others[:MOST_OFFERED], first, turn.last])
     return found

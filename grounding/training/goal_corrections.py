@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 
@@ -102,8 +102,12 @@ def corrected(row: GoalCorrection) -> CorrectedGoal:
     return CorrectedGoal(goal, rendition, row.text, after)
 
 
-def goal_of(label: str) -> Goal:
-    """Return the goal of a label with the indices of objects; what it keeps as it is does not count.
+def goal_of(label: str, count: int | None = None) -> Goal:
+    """Return the goal of a label with the indices of objects.
+
+    Args:
+        label: with the indices in braces.
+        count: of objects in the scene: "(all)" is then without those that are kept; `None` does not count these.
 
     Raises:
         LabelError: for a label that is not legal.
@@ -119,9 +123,18 @@ def goal_of(label: str) -> Goal:
     actions = tuple(Action(kind, at[0]) for kind, at in task.steps[:-1])
     try:
         read = parts_of(WrittenGoal(task.words, actions, 1.0), text)
-        return Goal.from_dict({"parts": [_with_numbers(part, numbers) for part in read.parts]})
+        goal = Goal.from_dict({"parts": [_with_numbers(part, numbers) for part in read.parts]})
     except (UnreadLengthError, SpecError, KeyError) as error:
         raise LabelError(f"{label!r} is no goal: {error}") from error
+    kept = [index for part in cells if part not in parts for _, each in _named(_objects_of(part[0])[1]) for index in each]
+    return goal if count is None or not kept else _without(goal, count, kept)
+
+
+def _without(goal: Goal, count: int, kept: Sequence[int]) -> Goal:
+    """Write out the objects of "(all)" without those that are kept."""
+    taken = {*goal.named_objects(), *kept}
+    rest = tuple(index for index in range(count) if index not in taken)
+    return Goal(tuple(replace(part, objects=rest) if part.objects is None else part for part in goal.parts))
 
 
 def _with_numbers(part: Mapping[str, object], numbers: Mapping[str, list[int]]) -> dict[str, object]:

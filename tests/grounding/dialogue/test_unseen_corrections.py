@@ -40,8 +40,9 @@ def interpreter(parser, encoder):
 
 def outcome(interpreter, encoder, row):
     """Return whether a correction is "right", "offered" among the answers of a question, "wrong", "asked" or "refused"."""
-    objects, before = goal_scenes()[row.scene], goal_of(row.before)
-    wanted = None if row.after.strip(" .") in NO_GOAL else goal_of(row.after)
+    objects = goal_scenes()[row.scene]
+    before = goal_of(row.before, len(objects))
+    wanted = None if row.after.strip(" .") in NO_GOAL else goal_of(row.after, len(objects))
 
     def same(one, other):
         return compare_goals(one, other, len(objects)).exact

@@ -58,7 +58,7 @@ def test_all_rows_but_few_are_tasks():
             assert KEYWORDS[corrected(row).task.steps[-1][1][0]] == "<end>"
         except LabelError as error:
             errors.append(str(error))
-    assert len(rows) == 4006 and len(errors) <= 0.01 * len(rows), errors
+    assert len(rows) == 7112 and len(errors) <= 0.01 * len(rows), errors
 
 
 def test_drawn_corrections_replace_or_add():
@@ -67,3 +67,11 @@ def test_drawn_corrections_replace_or_add():
     assert all(task.words[:3] == ("so", "far", ":") and task.words[task.said_from - 1] == ":" for task in tasks)
     copied = [any(kind != KEYWORD and at[0] < task.said_from for kind, at in task.steps) for task in tasks]
     assert 5 < sum(copied) < 40  # the others take the goal's place
+
+
+def test_what_is_kept_is_no_part_of_all():
+    label = "circle of (all), large; keep of the plate {3}."
+    assert goal_of(label).parts[0].objects is None
+    assert goal_of(label, 6).parts[0].objects == (0, 1, 2, 4, 5)
+    named = "line of (all); place of the mug {0}, behind the bowl {2}; keep of the plate {3}."
+    assert goal_of(named, 6).parts[0].objects == (1, 4, 5)
