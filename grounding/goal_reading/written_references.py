@@ -17,6 +17,7 @@ from grounding.goal_reading.phrase_references.choice_errors import Doubt, Nothin
 from grounding.goal_reading.phrase_references.goal_phrases import GoalPhrases
 from grounding.goal_reading.phrase_references.phrase import PhraseGroup
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
+from grounding.goal_reading.standing_rows import standing_row
 from grounding.goal_reading.tokens import split
 from grounding.goal_reading.use_descriptions import described_objects
 from grounding.goals.goal import Goal
@@ -131,24 +132,25 @@ class WrittenReferences:
         found: list[list[Any] | None | Exception] = []
         for group, each in zip(groups, read, strict=True):
             if isinstance(each, Doubt):
-                found.append(self._by_use(group.texts) or self.find.doubt(" and ".join(group.texts), each.found))
+                found.append(self._described(group.texts) or self.find.doubt(" and ".join(group.texts), each.found))
             elif not isinstance(each, NothingFits):
                 found.append(each)
             else:
                 try:
                     found.append(self._objects(group.texts))
                 except (ReadingError, SelectionError, UnusableGoalError) as error:
-                    found.append(self._by_use(group.texts) or error)
+                    found.append(self._described(group.texts) or error)
         return found
 
-    def _by_use(self, texts: Sequence[str]) -> list[Any] | ReadingQuestion | None:
-        """Find the objects of phrases of which one or more describe a use; `None` where none does, or another means nothing.
+    def _described(self, texts: Sequence[str]) -> list[Any] | ReadingQuestion | None:
+        """Find the objects of phrases of which one or more describe a use, or name a row that stands; `None` where none
+        does, or another phrase means nothing.
         """
         try:
-            described = [described_objects(text, self.find) for text in texts]
+            described = [standing_row(text, self.find) or described_objects(text, self.find) for text in texts]
             if not any(described):
                 return None
-            each = [by_use or self._objects((text,)) for text, by_use in zip(texts, described, strict=True)]
+            each = [special or self._objects((text,)) for text, special in zip(texts, described, strict=True)]
         except ReadingQuestion as doubt:
             return doubt
         except (ReadingError, SelectionError, UnusableGoalError):
