@@ -10,7 +10,7 @@ from grounding.goal_reading.beyond import alternatives, asks_beyond, known, unkn
 from grounding.goal_reading.chunk import Chunk
 from grounding.goal_reading.chunks import Chunker
 from grounding.goal_reading.clauses import Clauses
-from grounding.goal_reading.compose import NOTHING, Composer
+from grounding.goal_reading.composer import NOTHING, Composer
 from grounding.goal_reading.conditions import without_idle_conditions
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
