@@ -28,7 +28,7 @@ from grounding.parse_result import Question, shortened
 CERTAIN = 0.8  # in place of a refusal
 CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
-LIKELY_AGAINST_A_REASON = 0.5  # the same, where the network does not know every word, or the rules refuse with a reason of their own
+LIKELY_AGAINST_A_REASON = 0.1  # the same, where the network does not know every word, or the rules refuse with a reason of their own
 MOST_OFFERED = 2
 REFUSES = 0.5  # that the sentence is a remark, asks for what cannot be built, or for one of several objects: nothing is offered
 DOUBTS = 0.95  # another goal than the rules read, or none
