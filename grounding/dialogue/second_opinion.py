@@ -26,6 +26,7 @@ from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
 CERTAIN = 0.8  # in place of a refusal
+REFUSED_AT_MOST = 0.05  # that the sentence is a remark, or asks for what cannot be built, beside a goal that is used
 CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
 LIKELY_AGAINST_A_REASON = 0.1  # the same, where the network does not know every word, or the rules refuse with a reason of their own
@@ -84,6 +85,8 @@ def _certain(turn: Turn, second: NetworkReading) -> bool:
     """Return whether the network's likeliest goal is used."""
     if second.goal is None or second.unknown or _same(turn, second.goal, turn.last):
         return False
+    if _no_wish(second) > REFUSED_AT_MOST:
+        return False
     enough = CERTAIN_OF_CALCULATED if _CALCULATED.search(turn.text) else CERTAIN
     return second.certainty >= enough and not unsupported(turn, second.goal, _kind(turn, second.goal))
 
@@ -97,7 +100,7 @@ def _offered(turn: Turn, second: NetworkReading, least: float) -> list[Goal]:
         least: certainty of a goal that is offered.
     """
     readings = (second, *second.others)
-    if _is_no_wish(second) or sum(each.certainty for each in readings if each.question is not None) > REFUSES:
+    if _no_wish(second) > REFUSES or sum(each.certainty for each in readings if each.question is not None) > REFUSES:
         return []
     goals = [
         each.goal for each in readings
@@ -106,9 +109,9 @@ def _offered(turn: Turn, second: NetworkReading, least: float) -> list[Goal]:
     return sorted(goals, key=lambda goal: bool(unsupported(turn, goal, _kind(turn, goal))))[:MOST_OFFERED]
 
 
-def _is_no_wish(second: NetworkReading) -> bool:
-    """Return whether the sentence is a remark, or asks for what cannot be built."""
-    return sum(each.certainty for each in (second, *second.others) if each.answer in _NO_WISHES) > REFUSES
+def _no_wish(second: NetworkReading) -> float:
+    """Return how certain the network is that the sentence is a remark, or asks for what cannot be built."""
+    return sum(each.certainty for each in (second, *second.others) if each.answer in _NO_WISHES)
 
 
 def _kind(turn: Turn, goal: Goal) -> str:
@@ -145,8 +148,8 @@ def _doubted(turn: Turn, found: GoalRevision, second: NetworkReading) -> GoalRev
     if certain and second.goal is not None and not _same(turn, first, second.goal) and not _same(turn, second.goal, turn.last):
         question = f"{shortened(turn.text)!r} can be read in two ways: which goal is meant?"
         return _question(turn, found, question, [first, second.goal])
-    remark = _is_no_wish(second) and not _PROPOSES.search(turn.text)
-    if (remark or certain and second.answer) and found.kind == "edit" and not _same(turn, first, turn.last):
+    remark = _no_wish(second) > REFUSES and not _PROPOSES.search(turn.text)
+    if (remark or certain and second.answer in _NO_WISHES) and found.kind == "edit" and not _same(turn, first, turn.last):
         doubt = "is perhaps a remark" if second.answer == _ONLY_A_REMARK else "was not understood for certain"
         return _question(turn, found, f"{shortened(turn.text)!r} {doubt}: what is the goal now?", [first, turn.last])
     if len(turn.text.split()) >= LONG and not _same(turn, first, turn.last) and _support(turn, first, second) < LIKELY:

@@ -24,6 +24,7 @@ from grounding.spec import SLOTS, StructureSpec
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
 CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
 MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
+AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
@@ -118,7 +119,11 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     unknown = {word for words in reading.residue for word in re.findall(r"[a-z]+", words.lower())}
     if (unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN)) - words_held(second.goal, first.text):
         return False
+    if first.slots is not None and not more_than_plain(second.goal) and _contradicts(second.goal, first.slots):
+        return False
     understood = bool(reading.problem) and not reading.residue and not agreed
+    if agreed and count is None and not first.idle:
+        return second.certainty >= AGREED
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
 
 
@@ -180,6 +185,12 @@ def doubted(second: NetworkReading, first: FirstReading, count: int | None) -> b
 def agrees(goal: Goal, slots: StructureSpec | None) -> bool:
     """Return whether a goal is the plain structure that the parser of the five slots reads: two readers, one goal."""
     return slots is not None and not more_than_plain(goal) and goal.structures[0].spec == slots
+
+
+def _contradicts(goal: Goal, slots: StructureSpec) -> bool:
+    """Return whether a plain structure has another value for a slot than the parser of five slots."""
+    pairs = [(getattr(goal.structures[0], slot), getattr(slots, slot)) for slot in SLOTS]
+    return any(one is not None and other is not None and one != other for one, other in pairs)
 
 
 def supports(goal: Goal, plain: Goal) -> bool:

@@ -243,6 +243,11 @@ _PATTERNS: tuple[tuple[str, str, Callable[[re.Match[str]], Any]], ...] = (
     ),
     (
         "size",
+        r"(?:with|leaving|having|keeping) (?:some|a bit of|a little) (?:room|space|distance|air) (?:between|in between) (?:them|each other)",
+        lambda m: "medium",
+    ),
+    (
+        "size",
         r"(?:(?:with|leaving|leave|having|keeping|keep|and) )*(?:hardly any|barely any|almost no|next to no|very little|minimal|only tiny|as little as possible|little) "
         r"(?:room|space|gaps?|spacing|distance|air)(?: (?:between|in between)(?: (?:them|each|each other|each of them|all of them|neighbou?rs))?)?",
         lambda m: "small",

@@ -58,7 +58,7 @@ def test_goal_that_is_not_certain_or_of_unknown_words_is_offered(reading):
     [
         None,
         NetworkReading(LEFT, 0.03),
-        NetworkReading(LEFT, 0.4, unknown=("gronk",)),
+        NetworkReading(LEFT, 0.09, unknown=("gronk",)),
         replace(IMPOSSIBLE, others=(NetworkReading(LEFT, 0.3),)),
         NetworkReading(ROW, 0.99),  # nothing changes
         NetworkReading(LEFT, 0.99, uncopied=("upside",)),
