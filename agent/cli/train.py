@@ -180,6 +180,10 @@ def train_goals(
         BaseNetwork | None,
         typer.Option(help="Store the difference to a shipped network only; by default all weights."),
     ] = None,
+    kept: Annotated[
+        float,
+        typer.Option(metavar="SHARE", min=0.0, max=1.0, help="Share of the --start network in the final weights."),
+    ] = 0.0,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:
@@ -198,7 +202,7 @@ def train_goals(
     from agent.training.parsers import train_goal_network
 
     base = None if difference_to is None else difference_to.value
-    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, base)
+    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, base, kept)
 
 
 @train_app.command("segmentation")

@@ -12,7 +12,7 @@ import json
 import time
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,6 +65,8 @@ class GoalNetworkTraining:
         seed: of the instructions, the initial weights and dropout.
         threads: of torch; only one repeats exactly.
         difference_to: shipped network from which the stored one differs, a key of `BITS`; `None` stores all weights.
+        kept: share of the network to start from in the weights that are written at the end (Wortsman et al., "Robust
+            fine-tuning of zero-shot models", 2022); the rest are the trained ones.
 
     Raises:
         ValueError: for no step, no thread, a rate that is not positive, or a share outside 0 to 1.
@@ -79,6 +81,7 @@ class GoalNetworkTraining:
     seed: int = 0
     threads: int = 1
     difference_to: str | None = None
+    kept: float = 0.0
 
     def __post_init__(self) -> None:
         if self.steps < 1 or self.threads < 1 or not self.rate > 0.0:
@@ -86,6 +89,8 @@ class GoalNetworkTraining:
             raise ValueError(f"steps and threads must be at least 1 and the rate positive, not {given}")
         if not 0.0 <= self.corrections <= 1.0:
             raise ValueError(f"the share of corrections cannot be {self.corrections}; legal values: 0 to 1")
+        if not 0.0 <= self.kept <= 1.0:
+            raise ValueError(f"the share that is kept cannot be {self.kept}; legal values: 0 to 1")
 
 
 def held_out(line: GoalLine | GoalCorrection) -> bool:
@@ -112,6 +117,7 @@ def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda l
         torch.manual_seed(options.seed)  # initial weights and dropout know no generator of their own
         network = _initial(encoder, options)
         texts = _Texts.of(texts_rng, options.corrections > 0.0, network if options.start else None, encoder)
+        first = {name: tensor.detach().clone() for name, tensor in network.state_dict().items()}
         optimiser, schedule = _optimiser(network, options)
         started = saved = time.perf_counter()
         recent: list[float] = []
@@ -127,9 +133,17 @@ def train(options: GoalNetworkTraining, report: Callable[[str], None] = lambda l
                 held = ", ".join(f"{loss_of(network, encoder, rows):.3f}" for rows in unseen)
                 losses = f"loss {np.mean(recent[-REPORTED:]):.3f}, held out {held}"
                 report(f"step {step} of {options.steps}, {losses}, {time.perf_counter() - started:.0f} s")
+            if step == options.steps:
+                _blend(network, first, options.kept)
             if time.perf_counter() - saved > 180 or step == options.steps:
                 save(network, encoder, options.out, step, options.difference_to)
                 saved = time.perf_counter()
+
+
+def _blend(network: GoalNetwork, first: Mapping[str, torch.Tensor], kept: float) -> None:
+    """Replace the weights by an average with the first ones, of which they get a share."""
+    state = network.state_dict()
+    network.load_state_dict({name: kept * first[name] + (1.0 - kept) * tensor for name, tensor in state.items()})
 
 
 def save(

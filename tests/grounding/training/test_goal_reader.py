@@ -98,6 +98,23 @@ def test_a_network_is_trained_written_and_continued(tmp_path, monkeypatch, encod
     assert (tmp_path / "two/model.safetensors").stat().st_size == (tmp_path / "one/model.safetensors").stat().st_size
 
 
+def test_a_network_of_which_all_is_kept_does_not_change(tmp_path, monkeypatch, encoder):
+    lines = (GoalLine("x", "blocks", "stack the cans", "tower of the cans {0}."),)
+    monkeypatch.setattr("grounding.training.goal_reader.goal_lines", lambda: lines)
+    monkeypatch.setattr("grounding.training.goal_reader.BATCH", 4)
+    train(GoalNetworkTraining(tmp_path / "one", steps=1))
+    for kept in (1.0, 0.0):
+        train(GoalNetworkTraining(tmp_path / f"{kept}", steps=1, start=tmp_path / "one", kept=kept))
+    one, same, other = (NetworkWriter.from_pretrained(encoder, tmp_path / each).decoder.state for each in ("one", "1.0", "0.0"))
+    assert all(np.array_equal(array, same[name]) for name, array in one.items())
+    assert not all(np.array_equal(array, other[name]) for name, array in one.items())
+
+
+def test_illegal_share_that_is_kept_is_named(tmp_path):
+    with pytest.raises(ValueError, match="share that is kept cannot be -0.1; legal values: 0 to 1"):
+        GoalNetworkTraining(tmp_path, kept=-0.1)
+
+
 @pytest.mark.parametrize("wrong", [{"steps": 0}, {"threads": 0}, {"rate": 0.0}])
 def test_illegal_options_are_named(tmp_path, wrong):
     with pytest.raises(ValueError, match="steps and threads must be at least 1 and the rate positive"):
