@@ -3,7 +3,8 @@
 `goal_dialogues.jsonl` has two pairs of sets. The first: 40 dialogues with which corrections were developed, and 20 that were
 read for the first time when that was done (then 10 of the 20 came out right in every turn). The second, of another day: 25 that
 were mended (12 right at first), and 16 that were read for the first time after that (then 7 right). "unseen c" and
-"unseen d" are 40 dialogues each of two writers who knew nothing of the rules; nobody opens them, rates only. A dialogue ends at its first turn that goes wrong.
+"unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a third; nobody opens
+them, rates only. A dialogue ends at its first turn that goes wrong.
 """
 
 from __future__ import annotations
@@ -103,8 +104,8 @@ def _is(goal, expected):
 @pytest.mark.parametrize(
     ("name", "least", "answered", "wrong"),
     [
-        ("development", 39, 39, 0), ("unseen", 13, 15, 1), ("development b", 24, 25, 0), ("unseen b", 13, 14, 1),
-        ("unseen c", 12, 18, 4), ("unseen d", 14, 23, 5),
+        ("development", 39, 39, 0), ("unseen", 17, 17, 1), ("development b", 24, 25, 0), ("unseen b", 13, 14, 1),
+        ("unseen c", 14, 26, 3), ("unseen d", 16, 24, 6), ("unseen e", 15, 27, 1),
     ],
 )  # fmt: skip
 def test_dialogues(interpreter, encoder, name, least, answered, wrong):
