@@ -243,7 +243,8 @@ class Interpretation:
         elif known.half_read:
             found = self._with_note(unread_note(first.residue, self.goal, _words_read(self.parse)))
         if found.status == "refused" and not catalogue:
-            goals = suggested_goals(self._second.likeliest(text, objects), known.requests)
+            understood = bool(first.problem) and not first.residue
+            goals = suggested_goals(self._second.likeliest(text, objects), known.requests and not understood)
             opposite = self.viewpoint == "opposite"
             found = replace(found, suggestions=tuple(each.turned() if opposite else each for each in goals))
         return replace(found, seconds=self.seconds + time.perf_counter() - started)

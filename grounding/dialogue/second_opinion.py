@@ -29,7 +29,8 @@ CERTAIN = 0.8  # in place of a refusal
 REFUSED_AT_MOST = 0.05  # that the sentence is a remark, or asks for what cannot be built, beside a goal that is used
 CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
-LIKELY_AGAINST_A_REASON = 0.1  # the same, where the network does not know every word, or the rules refuse with a reason of their own
+LIKELY_OF_UNKNOWN = 0.1  # the same, where the network does not know every word
+LIKELY_AGAINST_A_REASON = 0.5  # the same, where the rules refuse a whole instruction with a reason of their own
 MOST_OFFERED = 2
 REFUSES = 0.5  # that the sentence is a remark, asks for what cannot be built, or for one of several objects: nothing is offered
 DOUBTS = 0.95  # another goal than the rules read, or none
@@ -68,7 +69,8 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
     reasoned = found.kind == "new" and found.status == "refused" and _VAGUE not in found.message
     if not reasoned and _usable(second) and _certain(turn, second):
         return _network_goal(turn, found, second)
-    offered = _offered(turn, second, LIKELY_AGAINST_A_REASON if reasoned or second.unknown else LIKELY)
+    least = LIKELY_AGAINST_A_REASON if reasoned else LIKELY_OF_UNKNOWN if second.unknown else LIKELY
+    offered = _offered(turn, second, least)
     if not offered:
         return found
     which = "is this the goal that is meant?" if len(offered) == 1 else "is one of these the goal that is meant?"

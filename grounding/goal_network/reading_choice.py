@@ -37,6 +37,8 @@ _KEPT = re.compile(
     re.IGNORECASE,
 )
 _PARALLEL = frozenset("parallel perpendicular".split())  # of a line to an edge; no goal holds how an object lies
+# What was named before, as the network sees it less well than the grammar: "the bowl behind that".
+_POINTS_BACK = re.compile(r"\b(?:behind|in front of|of|next to|beside|on|in) that\b", re.IGNORECASE)
 # An order that an instruction asks for.
 _ORDERED = re.compile(
     r"\b(?:in (?:order|sequence) of|in (?:\w+ )?order|ordered|sort(?:ed)?|by (?:size|height|width|volume|weight))\b", re.IGNORECASE
@@ -113,6 +115,8 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
             return False
         if not first.plain and reading.complete and not reading.corrected and _loses(second.goal, first.goal):
             return False
+        if reading.complete and _POINTS_BACK.search(first.text) and _other_references(second.goal, first.goal):
+            return False
         enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
         enough = enough and (first.half_read or not first.excepts)
         return enough and _differ(second.goal, first.goal, count)
@@ -152,6 +156,14 @@ def _loses(goal: Goal, other: Goal) -> bool:
     fewer = len(goal.parts) < len(other.parts) and all(part in other.parts for part in goal.parts)
     everything = any(part.objects is None for part in goal.structures)
     return fewer or not (everything or set(other.named_objects()) <= set(goal.named_objects()))
+
+
+def _other_references(goal: Goal, other: Goal) -> bool:
+    """Return whether two goals are relations of the same objects with other references."""
+    relations = [[part for part in one.parts if isinstance(part, RelationPart)] for one in (goal, other)]
+    alone = all(len(found) == len(one.parts) for found, one in zip(relations, (goal, other), strict=True))
+    same = [[(part.relation, part.objects) for part in found] for found in relations]
+    return alone and same[0] == same[1] and goal != other
 
 
 def _sorted(goal: Goal) -> bool:

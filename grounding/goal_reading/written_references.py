@@ -6,6 +6,7 @@ the grammar's reader.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -16,6 +17,7 @@ from grounding.goal_reading.noun_phrases import NounPhraseReader
 from grounding.goal_reading.phrase_references.choice_errors import Doubt, NothingFits
 from grounding.goal_reading.phrase_references.goal_phrases import GoalPhrases
 from grounding.goal_reading.phrase_references.phrase import PhraseGroup
+from grounding.goal_reading.phrase_references.properties import PROPERTIES
 from grounding.goal_reading.scene_references import ReadingError, ReadingQuestion, SceneReferences
 from grounding.goal_reading.standing_rows import standing_row
 from grounding.goal_reading.tokens import split
@@ -23,10 +25,12 @@ from grounding.goal_reading.use_descriptions import described_objects
 from grounding.goals.goal import Goal
 from grounding.goals.part_numbers import laid_around
 from grounding.goals.parts import StructurePart
+from grounding.references.attributes import TELLING_ADJECTIVES
 from grounding.references.candidates import SelectionError
 from grounding.references.phrases import ANY, Vocabulary
 from grounding.spec import SpecError
 
+_LEFT_OUT = re.compile(r"\b(?:except|but|apart|aside|without|minus|other than|besides|save|excluding|bar|not|that)\b")
 _OBJECT_KEYS = ("objects", "reference", "around")
 
 
@@ -191,6 +195,8 @@ class WrittenReferences:
                     left_out = [one for each in phrase.without for one in self.find.find(each)]
                     if len(phrases) > 1:
                         raise UnusableGoalError(f"has {text!r} among other objects")
+                    if words := _choosing(text):
+                        raise UnusableGoalError(f"does not say which objects are {words[0]!r}")
                     if not left_out:
                         return None
                     if self.find.count is None:
@@ -251,3 +257,9 @@ class WrittenReferences:
         if isinstance(part, StructurePart) and part.objects is not None and not part.objects:
             raise UnusableGoalError(f"leaves no object for the {part.shape or 'structure'}")
         return part
+
+
+def _choosing(text: str) -> list[str]:
+    """Return the adjectives by which "everything edible" is not everything; what it leaves out may have some."""
+    words = re.findall(r"[a-z]+", _LEFT_OUT.split(text.lower(), maxsplit=1)[0])
+    return [word for word in words if word in TELLING_ADJECTIVES or word in PROPERTIES]

@@ -12,7 +12,7 @@ from grounding.viewpoint import ViewpointError, turned
 
 ROW_KEYS = {
     "text", "goal", "spec", "status", "message", "question", "confidence", "evidence", "dropped", "parser", "prompt_sha256",
-    "fallback", "viewpoint", "seconds",
+    "fallback", "viewpoint", "seconds", "suggestions",
 }  # fmt: skip
 
 

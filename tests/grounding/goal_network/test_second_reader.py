@@ -71,3 +71,10 @@ def test_the_network_is_loaded_at_the_first_doubt_only(parser, encoder):
 
 def test_no_words_are_no_goal(encoder):
     assert SecondReader(lambda: NetworkWriter.from_pretrained(encoder)).read("") == NetworkReading()
+
+
+@pytest.mark.parametrize("text", ["gather everything edible on the left", "line up everything wooden"])
+def test_an_adjective_that_chooses_is_not_passed_over(interpreter, text):
+    found = interpreter.interpret(text, ["mug", "bowl", "plate", "banana", "apple", "can"])
+    everything = found.goal.parts and found.goal.parts[0].objects in (None, tuple(range(6)))
+    assert not everything

@@ -4,7 +4,7 @@ import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.network_reading import NetworkReading
-from grounding.goal_network.suggestions import LIKELY, LIKELY_OF_A_QUESTION, MOST_SUGGESTED, suggested_goals
+from grounding.goal_network.suggestions import LIKELY, LIKELY_WITHOUT_A_REQUEST, MOST_SUGGESTED, suggested_goals
 from grounding.goal_network.writer import NetworkWriter
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
@@ -22,8 +22,14 @@ def test_the_likeliest_goals_are_suggested():
 def test_nothing_is_suggested_where_nothing_is_asked_for():
     remark = NetworkReading(certainty=0.6, answer="nothing")
     assert suggested_goals([remark, NetworkReading(TOWER, 0.4)], True) == ()
-    assert suggested_goals([NetworkReading(TOWER, LIKELY_OF_A_QUESTION - 0.01)], False) == ()
-    assert suggested_goals([NetworkReading(TOWER, LIKELY_OF_A_QUESTION)], False) == (TOWER,)
+    assert suggested_goals([NetworkReading(TOWER, LIKELY_WITHOUT_A_REQUEST - 0.01)], False) == ()
+    assert suggested_goals([NetworkReading(TOWER, LIKELY_WITHOUT_A_REQUEST)], False) == (TOWER,)
+
+
+def test_objects_of_which_nothing_is_asked_are_no_suggestion():
+    only = Goal((StructurePart(None, objects=(0, 1)),))
+    left = Goal((StructurePart(None, x_position="left", objects=(0, 1)),))
+    assert suggested_goals([NetworkReading(only, 0.5), NetworkReading(left, 0.4)], True) == (left,)
 
 
 @pytest.mark.parametrize("uncopied", [("upside", "down"), ("half", "of")])
