@@ -30,7 +30,6 @@ REFUSED_AT_MOST = 0.05  # that the sentence is a remark, or asks for what cannot
 CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
 LIKELY_OF_UNKNOWN = 0.1  # the same, where the network does not know every word
-LIKELY_AGAINST_A_REASON = 0.5  # the same, where the rules refuse a whole instruction with a reason of their own
 MOST_OFFERED = 2
 REFUSES = 0.5  # that the sentence is a remark, asks for what cannot be built, or for one of several objects: nothing is offered
 DOUBTS = 0.95  # another goal than the rules read, or none
@@ -66,11 +65,9 @@ def second_opinion(turn: Turn, found: GoalRevision) -> GoalRevision:
         return found
     if found.status == "ok":
         return _doubted(turn, found, second) if _usable(second) else found
-    reasoned = found.kind == "new" and found.status == "refused" and _VAGUE not in found.message
-    if not reasoned and _usable(second) and _certain(turn, second):
+    if _usable(second) and _certain(turn, second):
         return _network_goal(turn, found, second)
-    least = LIKELY_AGAINST_A_REASON if reasoned else LIKELY_OF_UNKNOWN if second.unknown else LIKELY
-    offered = _offered(turn, second, least)
+    offered = _offered(turn, second, LIKELY_OF_UNKNOWN if second.unknown else LIKELY)
     if not offered:
         return found
     which = "is this the goal that is meant?" if len(offered) == 1 else "is one of these the goal that is meant?"
@@ -126,7 +123,9 @@ def _asks_for_it(turn: Turn, found: GoalRevision) -> bool:
     """Return whether the network is asked: not about the first instruction, nor a goal that stands in part."""
     moved = any(isinstance(part, RelationPart) and part.relation == "moved" for part in turn.last.parts)
     answerable = found.status == "ask" and bool(found.choices)
-    reasoned = answerable or found.status == "unchanged"
+    reasoned = answerable or found.status == "unchanged" or (
+        (found.status, found.kind) == ("refused", "new") and _VAGUE not in found.message
+    )
     the_same = found.plain is not None and found.plain.objects_how == "replace" and _THE_SAME.search(turn.text)
     missing = found.status == "refused" and any(not one.numbers for one in turn.said.parts)  # "drop the line" of two circles
     settled = reasoned or the_same or missing or (turn.built and moved) or _drops_named_part(turn, found)
