@@ -27,7 +27,7 @@ from agent.runtime.stdio import (
     lines_as_they_come,
     results_stream,
 )
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_part, describe_parts
 from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def parse_instructions(
 def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
     lines = [f"“{goal.parse.text}”"]
     if goal.status == "refused":
-        meant = ("; ".join(describe_part(part, names) for part in one.parts) for one in goal.suggestions)
+        meant = (describe_parts(one.parts, names) for one in goal.suggestions)
         return "\n".join([*lines, "  refused", *(f"  {'may mean':<11} {one}" for one in meant)])
     several = bool(goal.goal.parts) and goal.goal.plain_spec is None
     if several:

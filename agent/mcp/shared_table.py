@@ -43,7 +43,7 @@ from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_part, describe_parts
 from grounding.parse_result import shortened
 
 SESSION, PAGE = "session.jsonl", "report.html"
@@ -159,7 +159,7 @@ class SharedTable:
             parts=[describe_part(part, names) for part in read.goal.parts],
             objects=None if read.objects is None else list(read.objects),
             goal=json_value(read.goal.to_dict()),
-            suggestions=["; ".join(describe_part(part, names) for part in one.parts) for one in read.suggestions],
+            suggestions=[describe_parts(one.parts, names) for one in read.suggestions],
             confidence={slot: round(share, 4) for slot, share in read.parse.confidence.items()},
         )
 

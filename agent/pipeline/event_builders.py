@@ -11,7 +11,7 @@ import shapely
 from agent import events
 from agent.arm.placement_rules import moving
 from agent.pipeline.table_goal import described_parts
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 
@@ -26,7 +26,7 @@ _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictu
 
 def may_mean(goal: Interpretation, names: Sequence[str] = ()) -> str:
     """Return what a refused instruction may mean, in a clause; "" where nothing is suggested."""
-    said = ["; ".join(describe_part(part, names) for part in one.parts) for one in goal.suggestions]
+    said = [describe_parts(one.parts, names) for one in goal.suggestions]
     return f"it may mean {' or '.join(repr(each) for each in said)}" if said else ""
 
 

@@ -10,7 +10,7 @@ from grounding.dialogue.goal_revision import PART, GoalRevision, Turn, new_goal
 from grounding.dialogue.relation_edits import FILLERS
 from grounding.dialogue.revision_words import AFRESH, NOTHING_ELSE, OF_THE_TABLE
 from grounding.dialogue.scene_reader import SpokenReading
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.parts import DIRECTIONAL, GoalError, Part, PartReference, RelationPart, StructurePart
 from grounding.parse_result import OBJECT, Question
@@ -111,7 +111,7 @@ def which_objects_stay(turn: Turn, goal: Goal) -> GoalRevision | None:
         both = added(Goal((replace(last, objects=tuple(one for one in own if one not in placed)),)), goal)
     except GoalError:
         return None
-    options = tuple("; ".join(describe_part(part, turn.said.names) for part in each.parts) for each in (both, goal))
+    options = tuple(describe_parts(each.parts, turn.said.names) for each in (both, goal))
     text = "do the other objects stay as they were asked for?"
     return GoalRevision(
         turn.last, "ask", "new", text, question=Question(PART, text, options), choices=(both, goal)

@@ -19,7 +19,7 @@ from grounding.dialogue.structure_edits import revised_structure
 from grounding.goal_network.network_reading import NetworkReading, brings_together
 from grounding.goal_network.weighty_words import weighty
 from grounding.goals.comparison import compare_goals
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, Part, RelationPart, StructurePart
 from grounding.parse_result import Question, shortened
@@ -208,7 +208,7 @@ def _network_goal(turn: Turn, found: GoalRevision, second: NetworkReading) -> Go
 def _question(turn: Turn, found: GoalRevision, text: str, goals: Sequence[Goal]) -> GoalRevision:
     names = turn.said.names
     options = tuple(
-        AS_IT_IS if goal == turn.last else "; ".join(describe_part(part, names) for part in goal.parts)
+        AS_IT_IS if goal == turn.last else describe_parts(goal.parts, names)
         for goal in goals
     )
     return GoalRevision(

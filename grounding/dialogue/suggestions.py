@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grounding.dialogue.goal_revision import PART, GoalRevision, Turn
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_parts
 from grounding.parse_result import Question
 
 
@@ -20,7 +20,7 @@ def suggested(turn: Turn, found: GoalRevision) -> GoalRevision:
     if (turn.last.parts and turn.open) or found.status != "refused" or read is None or not read.suggestions:
         return found
     names = turn.said.names
-    options = tuple("; ".join(describe_part(part, names) for part in goal.parts) for goal in read.suggestions)
+    options = tuple(describe_parts(goal.parts, names) for goal in read.suggestions)
     which = "is this what is meant?" if len(options) == 1 else "is one of these meant?"
     question = Question(PART, f"{found.message}; {which}", options)
     return GoalRevision(turn.last, "ask", "new", question.text, question=question, choices=read.suggestions, read=read)

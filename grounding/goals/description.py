@@ -7,6 +7,11 @@ from collections.abc import Sequence
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart
 
 
+def describe_parts(parts: Sequence[Part], names: Sequence[str] | None = None) -> str:
+    """Describe all parts of a goal in one line; see `describe_part`."""
+    return "; ".join(describe_part(part, names) for part in parts)
+
+
 def describe_part(part: Part, names: Sequence[str] | None = None) -> str:
     """Describe a part in a phrase: "line of mug, mug 2, left, gap 5 cm".
 

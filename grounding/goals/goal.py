@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from grounding.goals.canonical import canonical_part, turned_part
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_parts
 from grounding.goals.parts import GoalError, Objects, Order, Part, PartReference, RelationPart, StructurePart
 from grounding.spec import SpecError, StructureSpec
 
@@ -141,7 +141,7 @@ class Goal:
         return cls(tuple(_part_from(part, number) for number, part in enumerate(values["parts"])))
 
     def __str__(self) -> str:
-        return "; ".join(describe_part(part) for part in self.parts) or "nothing"
+        return describe_parts(self.parts) or "nothing"
 
 
 def _part_from(values: Any, number: int) -> Part:

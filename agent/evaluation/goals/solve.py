@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from agent.event_base import json_value
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_parts
 from grounding.goals.parts import StructurePart
 from grounding.spec import SpecError
 from structdiffusion.benchmark.goals import GoalScene
@@ -103,7 +103,7 @@ def scene_row(scene: GoalScene) -> Row:
         "seed": scene.seed,
         "draw": scene.draw,
         "goal": scene.goal.to_dict(),
-        "words": "; ".join(describe_part(part, names) for part in scene.goal.parts),
+        "words": describe_parts(scene.goal.parts, names),
         "objects": [model.name for model in scene.models],
     }
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.errors import NOT_BUILDABLE
-from grounding.goals.description import describe_part
+from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.spec import StructureSpec
@@ -108,7 +108,7 @@ class Proposals(Sequence[Proposal]):
         names = ", ".join(self.scene.names[index] for index in self.moved)
         asked = f"{self.spec}; {names}"
         if self.goal.plain_spec is None:
-            asked = "; ".join(describe_part(part, self.scene.names) for part in self.goal.parts)
+            asked = describe_parts(self.goal.parts, self.scene.names)
         return f"Proposals({len(self)} of {self.proposed} by {self.model!r}: {asked}; {self.status})"
 
     @property
