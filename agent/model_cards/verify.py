@@ -147,13 +147,14 @@ def _goal_network_answer(network: Network) -> str:
     import torch
 
     from grounding.goal_network.vocabulary import KEYWORDS
+    from grounding.goal_network.word_presence import word_presence
     from grounding.goal_network.writer import ENCODER_LAYER, NetworkWriter
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
     encoder, words = SentenceEncoder(), ["stack", "the", "cans"]
     decoder = NetworkWriter.from_pretrained(encoder, network.folder).decoder
     states = encoder.word_states([words], ENCODER_LAYER)
-    scores = decoder.scores(decoder.begin(states.hidden, states.first[0]), None)
+    scores = decoder.scores(decoder.begin(states.hidden, states.first[0], word_presence(words, None)), None)
     return _sound(torch.from_numpy(scores), (len(KEYWORDS) + 2 * len(words),))
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF, Action
+from grounding.goal_network.word_presence import PRESENCES
 from grounding.parsers.bert import EncoderLayer, Linear, Normalisation, gelu, layer_sizes, softmax
 
 ENCODER_WIDTH, ENCODER_HEADS = 384, 12
@@ -100,17 +101,18 @@ class GoalDecoder:
         self._start = self._linear("start_query"), self._linear("start_key")
         self._end = self._linear("end_query"), self._linear("end_key")
 
-    def begin(self, states: np.ndarray, first: np.ndarray) -> Writing:
+    def begin(self, states: np.ndarray, first: np.ndarray, presence: Sequence[int]) -> Writing:
         """Begin to write the goal of one instruction.
 
         Args:
             states: (1, T, 384) float32 states of its word pieces, from the encoder's lower layers.
             first: (W,) int: the first piece of each word.
+            presence: (W,) whether each word names something in the scene, see `word_presence`.
         """
         mask = np.ones(states.shape[:2], dtype=bool)
         for layer in self._upper:
             states = layer(states, mask)
-        memory = self._normalise(self._remember(states[0, first]))
+        memory = self._normalise(self._remember(states[0, first])) + self.state["presence.weight"][list(presence)]
         said = [(layer.said.key(memory), layer.said.value(memory)) for layer in self._layers]
         empty = np.zeros((0, WIDTH), dtype=np.float32)
         return Writing(memory, said, [(empty, empty) for _ in self._layers])
@@ -182,6 +184,7 @@ def _sizes(upper: int, layers: int) -> dict[str, tuple[int, ...]]:
     sizes |= {f"upper.{i}.{name}": size for i in range(upper) for name, size in own.items()}
     return sizes | {
         "keywords.weight": (len(KEYWORDS), WIDTH), "kinds.weight": (3, WIDTH), "positions.weight": (POSITIONS, WIDTH),
+        "presence.weight": (PRESENCES, WIDTH),
     }  # fmt: skip
 
 

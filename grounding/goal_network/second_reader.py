@@ -59,10 +59,11 @@ class SecondReader:
         Raises:
             GoalNetworkError: for weights that cannot be used.
         """
-        written = self._instructions.write(text)  # a scene that is known later changes nothing here
+        there = _scene_objects(objects)
+        written = self._instructions.write(text, None if catalogue else there)
         if written is None:
             return NetworkReading()
-        return self._resolved(written, text, _scene_objects(objects), catalogue)
+        return self._resolved(written, text, there, catalogue)
 
     def correct(self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None]) -> NetworkReading:
         """Read what is said about a goal.
@@ -82,7 +83,7 @@ class SecondReader:
         rendition = rendition_of(goal, there)
         if self._corrections is None or (DIAMETER.search(text) and "radius" in rendition.text):
             return NetworkReading()
-        written = self._corrections.likeliest(f"{rendition.text} {text}")
+        written = self._corrections.likeliest(f"{rendition.text} {text}", there)
         taught = self._corrections.network.taught_words
         found = list[NetworkReading]()
         for one in written:
@@ -107,7 +108,7 @@ class SecondReader:
         there = _scene_objects(objects)
         found = [
             replace(self._resolved(one, text, there), certainty=one.certainty)
-            for one in self._instructions.likeliest(text)
+            for one in self._instructions.likeliest(text, there)
         ]
         return _added_up(found, None if there is None else len(there))
 
@@ -145,22 +146,32 @@ class _LazyWriter:
     """A network that is loaded at its first use, and remembers what it wrote last."""
 
     make: Callable[[], NetworkWriter]
-    _last: tuple[str, WrittenGoal | None] | None = field(default=None, repr=False)
-    _last_likeliest: tuple[str, list[WrittenGoal]] | None = field(default=None, repr=False)
+    _last: tuple[_Said, WrittenGoal | None] | None = field(default=None, repr=False)
+    _last_likeliest: tuple[_Said, list[WrittenGoal]] | None = field(default=None, repr=False)
 
     @cached_property
     def network(self) -> NetworkWriter:
         return self.make()
 
-    def write(self, text: str) -> WrittenGoal | None:
-        if self._last is None or self._last[0] != text:
-            self._last = text, self.network.write(text)
+    def write(self, text: str, objects: Sequence[SceneObject] | None = None) -> WrittenGoal | None:
+        said = _said(text, objects)
+        if self._last is None or self._last[0] != said:
+            self._last = said, self.network.write(text, objects)
         return self._last[1]
 
-    def likeliest(self, text: str) -> list[WrittenGoal]:
-        if self._last_likeliest is None or self._last_likeliest[0] != text:
-            self._last_likeliest = text, self.network.likeliest(text, LIKELIEST)
+    def likeliest(self, text: str, objects: Sequence[SceneObject] | None = None) -> list[WrittenGoal]:
+        said = _said(text, objects)
+        if self._last_likeliest is None or self._last_likeliest[0] != said:
+            self._last_likeliest = said, self.network.likeliest(text, LIKELIEST, objects)
         return self._last_likeliest[1]
+
+
+_Said = tuple[str, tuple[SceneObject, ...] | None]
+
+
+def _said(text: str, objects: Sequence[SceneObject] | None) -> _Said:
+    """Return what the network is asked about."""
+    return text, None if objects is None else tuple(objects)
 
 
 def _added_up(readings: Sequence[NetworkReading], count: int | None) -> list[NetworkReading]:

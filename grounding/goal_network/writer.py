@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,9 +17,11 @@ from grounding.goal_network.decoder import POSITIONS, GoalDecoder, Writing
 from grounding.goal_network.legal_actions import Legal, legal_actions
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action, keyword
 from grounding.goal_network.weight_differences import unpacked
+from grounding.goal_network.word_presence import word_presence
 from grounding.goal_reading.tokens import words_of
 from grounding.linear_algebra import one_thread
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
+from grounding.references.attributes import SceneObject
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder, WordStates
@@ -109,14 +111,19 @@ class NetworkWriter:
         except (OSError, ValueError, KeyError, TypeError, SafetensorError) as error:
             raise GoalNetworkError(f"the goal network in {folder} cannot be loaded: {error}") from error
 
-    def write(self, text: str) -> WrittenGoal | None:
-        """Write the goal of an instruction; `None` for one that is empty or longer than `MOST_SAID` words."""
+    def write(self, text: str, objects: Sequence[SceneObject] | None = None) -> WrittenGoal | None:
+        """Write the goal of an instruction; `None` for one that is empty or longer than `MOST_SAID` words.
+
+        Args:
+            text: the instruction.
+            objects: of the scene; `None` where it is not known.
+        """
         words = words_of(text)
         states = self._states(words)
         if states is None:
             return None
         with one_thread():
-            writing = self.decoder.begin(states.hidden, states.first[0])
+            writing = self.decoder.begin(states.hidden, states.first[0], word_presence(words, objects))
             steps, actions, certainty = legal_actions(), [], 0.0
             legal, last = next(steps), None
             while len(actions) < POSITIONS:
@@ -129,19 +136,23 @@ class NetworkWriter:
                 actions.append(action)
         return None
 
-    def likeliest(self, text: str, count: int) -> list[WrittenGoal]:
+    def likeliest(
+        self, text: str, count: int, objects: Sequence[SceneObject] | None = None
+    ) -> list[WrittenGoal]:
         """Write the likeliest goals of an instruction, found by a beam search, the most certain first.
 
         Args:
             text: the instruction.
             count: of goals at most, and the width of the beam; none for a text of which `write` writes nothing.
+            objects: of the scene; `None` where it is not known.
         """
         words = words_of(text)
         states = self._states(words)
         if states is None:
             return []
         with one_thread():
-            beam = [_Unfinished(self.decoder.begin(states.hidden, states.first[0]))]
+            presence = word_presence(words, objects)
+            beam = [_Unfinished(self.decoder.begin(states.hidden, states.first[0], presence))]
             found: list[WrittenGoal] = []
             for _ in range(POSITIONS):
                 steps = [step for one in beam for step in one.steps(self.decoder, len(words), count)]

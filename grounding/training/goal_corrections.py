@@ -68,12 +68,14 @@ class CorrectedGoal:
         rendition: it in words.
         text: what is said.
         label: of the goal after it, in words of the rendition and of what is said.
+        scene: name of the scene.
     """
 
     goal: Goal
     rendition: Rendition
     text: str
     label: str
+    scene: str
 
     @property
     def task(self) -> LabelledGoal:
@@ -82,7 +84,7 @@ class CorrectedGoal:
         Raises:
             LabelError: for a label that the network cannot write.
         """
-        return labelled(f"{self.rendition.text} {self.text}", self.label, self.rendition.length)
+        return labelled(f"{self.rendition.text} {self.text}", self.label, self.rendition.length, self.scene)
 
 
 def corrected(row: GoalCorrection) -> CorrectedGoal:
@@ -99,7 +101,7 @@ def corrected(row: GoalCorrection) -> CorrectedGoal:
         after = UNDECIDED
     if after not in NO_GOAL:
         after = _Rewriting(rendition, row.text).label(after)
-    return CorrectedGoal(goal, rendition, row.text, after)
+    return CorrectedGoal(goal, rendition, row.text, after, row.scene)
 
 
 def goal_of(label: str, count: int | None = None) -> Goal:
@@ -270,7 +272,7 @@ class DrawnCorrections:
             later = re.sub(r"structure (\d)", lambda found: f"structure {int(found[1]) + before}", label)
             label, starts = f"{rendition.label}; {later}", _MORE
         text = f"{starts[self.rng.integers(len(starts))]}{line.text}"
-        return labelled(f"{rendition.text} {text}", label, rendition.length)
+        return labelled(f"{rendition.text} {text}", label, rendition.length, line.scene)
 
 
 def _apart(goal: Goal, other: Goal) -> bool:

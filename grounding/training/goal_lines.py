@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
+from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.legal_actions import legal_actions
 from grounding.goal_network.vocabulary import (
     END,
@@ -26,6 +27,7 @@ from grounding.goal_network.vocabulary import (
     START,
     Action,
 )
+from grounding.goal_network.word_presence import word_presence
 from grounding.goal_network.writer import words_of
 from grounding.spec import LEGAL_VALUES
 
@@ -50,11 +52,13 @@ class LabelledGoal:
         words: of the instruction, in small letters.
         steps: what should be written, the end included.
         said_from: the place from which on they are said; the words before render a goal.
+        presence: whether each word names something in the scene (`word_presence`); empty where no scene is known.
     """
 
     words: tuple[str, ...]
     steps: tuple[Step, ...]
     said_from: int = 0
+    presence: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -81,13 +85,14 @@ def goal_lines() -> tuple[GoalLine, ...]:
     return tuple(GoalLine(*row) for row in csv.reader(text.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE))
 
 
-def labelled(text: str, label: str, said_from: int = 0) -> LabelledGoal:
+def labelled(text: str, label: str, said_from: int = 0, scene: str | None = None) -> LabelledGoal:
     """Make the network's task of an instruction and its label.
 
     Args:
         text: the instruction, or a rendition of a goal and what is said about it.
         label: its line.
         said_from: the place of the first word after the rendition.
+        scene: name of the scene in which it is said; `None` where none is known.
 
     Raises:
         LabelError: for a label that the network cannot write for this instruction.
@@ -97,7 +102,8 @@ def labelled(text: str, label: str, said_from: int = 0) -> LabelledGoal:
     steps = [_keyword(line)] if line in NO_GOAL else [s for part in line.split(";") for s in _part(words, part)]
     steps.append(_keyword("<end>"))
     _check(steps)
-    return LabelledGoal(tuple(words), tuple(steps), said_from)
+    presence = () if scene is None else word_presence(words, goal_scenes()[scene])
+    return LabelledGoal(tuple(words), tuple(steps), said_from, presence)
 
 
 def _keyword(name: str) -> Step:

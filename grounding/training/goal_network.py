@@ -11,6 +11,7 @@ from torch import nn
 
 from grounding.goal_network.decoder import ENCODER_HEADS, ENCODER_WIDTH, HEADS, POSITIONS, WIDTH, GoalDecoder
 from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF, START
+from grounding.goal_network.word_presence import PRESENCES, UNKNOWN
 from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.training.goal_lines import LabelledGoal
@@ -36,6 +37,7 @@ class GoalNetwork(nn.Module):
         self.remember, self.memory_norm = nn.Linear(ENCODER_WIDTH, WIDTH), nn.LayerNorm(WIDTH)
         self.keywords, self.kinds = nn.Embedding(len(KEYWORDS), WIDTH), nn.Embedding(3, WIDTH)
         self.positions = nn.Embedding(POSITIONS, WIDTH)
+        self.presence = nn.Embedding(PRESENCES, WIDTH)
         self.word = nn.Linear(WIDTH, WIDTH)
         self.layers = nn.ModuleList(
             nn.TransformerDecoderLayer(
@@ -49,18 +51,21 @@ class GoalNetwork(nn.Module):
         self.end_query, self.end_key = nn.Linear(WIDTH, WIDTH), nn.Linear(WIDTH, WIDTH)
         self.dropout = nn.Dropout(dropout)
 
-    def remembered(self, states: torch.Tensor, pieces: torch.Tensor, first: torch.Tensor) -> torch.Tensor:
+    def remembered(
+        self, states: torch.Tensor, pieces: torch.Tensor, first: torch.Tensor, presence: torch.Tensor
+    ) -> torch.Tensor:
         """Compute what the decoder knows of each word: (B, W, width).
 
         Args:
             states: (B, T, 384) float32 from the encoder's lower layers.
             pieces: (B, T) bool, false on padding.
             first: (B, W) int64: the first piece of each word.
+            presence: (B, W) int64: whether each word names something in the scene, see `word_presence`.
         """
         for layer in self.upper:
             states = layer(states, src_key_padding_mask=~pieces)
         rows = states.gather(1, first[..., None].expand(-1, -1, states.shape[-1]))
-        return self.memory_norm(self.remember(rows))
+        return self.memory_norm(self.remember(rows)) + self.presence(presence)
 
     def forward(
         self, memory: torch.Tensor, words: torch.Tensor, kinds: torch.Tensor, values: torch.Tensor
@@ -109,6 +114,7 @@ class GoalBatch:
         pieces: (B, T) bool.
         first: (B, W) int64.
         words: (B, W) bool.
+        presence: (B, W) int64.
         kinds, values: (B, L) int64: the start and the actions before the last.
         right: (B, L, keywords + 2 W) bool: the right next actions, several where words stand in several places.
         asked: (B, L) bool, false on padding.
@@ -118,6 +124,7 @@ class GoalBatch:
     pieces: torch.Tensor
     first: torch.Tensor
     words: torch.Tensor
+    presence: torch.Tensor
     kinds: torch.Tensor
     values: torch.Tensor
     right: torch.Tensor
@@ -133,14 +140,16 @@ class GoalBatch:
         values[:, 0] = NUMBER_OF["<start>"]
         right = np.zeros((count, length, len(KEYWORDS) + 2 * width), dtype=bool)
         asked = np.zeros((count, length), dtype=bool)
+        presence = np.full((count, width), UNKNOWN)
         for b, row in enumerate(rows):
             asked[b, : len(row.steps)] = True
+            presence[b, : len(row.presence)] = row.presence[:MOST_SAID]
             for place, (kind, options) in enumerate(row.steps):
                 offset = 0 if kind == KEYWORD else len(KEYWORDS) + (0 if kind == START else width)
                 right[b, place, [offset + option for option in options]] = True
                 if place + 1 < length:
                     kinds[b, place + 1], values[b, place + 1] = kind, options[0]
-        arrays = (said.hidden, said.pieces, said.first, said.words, kinds, values, right, asked)
+        arrays = (said.hidden, said.pieces, said.first, said.words, presence, kinds, values, right, asked)
         return cls(*(torch.from_numpy(array) for array in arrays))
 
     def loss(self, network: GoalNetwork) -> torch.Tensor:
@@ -156,7 +165,7 @@ class GoalBatch:
     def _losses(self, network: GoalNetwork) -> torch.Tensor:
         """Return the loss of each action that is asked for, those of an instruction one after another."""
         with quick_steps():
-            memory = network.remembered(self.states, self.pieces, self.first)
+            memory = network.remembered(self.states, self.pieces, self.first, self.presence)
             logits = network(memory, self.words, self.kinds, self.values)
         logits, right = logits.float()[self.asked], self.right[self.asked]
         likely = logits.masked_fill(~right, -1e9).logsumexp(-1)

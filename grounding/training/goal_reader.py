@@ -269,7 +269,8 @@ def _tasks(texts: Sequence[GoalLine | GoalCorrection], seen: bool) -> list[Label
         if held_out(each) == seen:
             continue
         try:
-            task = corrected(each).task if isinstance(each, GoalCorrection) else labelled(each.text, each.label)
+            said = isinstance(each, GoalCorrection)
+            task = corrected(each).task if said else labelled(each.text, each.label, scene=each.scene)
         except LabelError:
             continue  # as with more than nine parts
         if len(task.words) <= MOST_SAID:

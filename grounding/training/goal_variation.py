@@ -14,7 +14,7 @@ from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF
 from grounding.references.word_forms import plural
 from grounding.training.goal_lines import LabelledGoal, Step
 
-MIRRORED, OTHER_NOUNS, NO_MARKS, MISTYPED = 0.3, 0.5, 0.15, 0.12  # shares of the instructions
+MIRRORED, OTHER_NOUNS, NO_MARKS, MISTYPED, NO_SCENE = 0.3, 0.5, 0.15, 0.12, 0.15  # shares of the instructions
 _NOUNS = tuple(
     "mug bowl plate spoon fork knife banana apple bottle jar box cup block ball car duck marker hammer drill "
     "screwdriver clamp kettle teapot pitcher sponge egg tube saucer tray pen carton lemon pear cube cylinder brick pot "
@@ -41,17 +41,18 @@ _MIRRORED_KEYWORDS = {
 def varied(row: LabelledGoal, rng: np.random.Generator) -> LabelledGoal:
     """Return an instruction like this one, with the label that it must have."""
     words, steps, start = list(row.words), list(row.steps), row.said_from
+    presence = () if rng.random() < NO_SCENE else row.presence
     if rng.random() < MIRRORED and not _NO_SIDE.search(" ".join(words[start:])):
         words = [_OTHER_SIDE.get(word, word) for word in words]
         steps = [(kind, (_MIRRORED_KEYWORDS.get(at[0], at[0]),) if kind == KEYWORD else at) for kind, at in steps]
     if rng.random() < OTHER_NOUNS:
         words = _exchanged(_other_nouns(words, rng), _COLOURS, rng)
     if rng.random() < NO_MARKS:
-        words, steps = _without_marks(words, steps, start)
+        words, steps, presence = _without_marks(words, steps, presence, start)
     if rng.random() < MISTYPED:
         place = int(rng.integers(start, len(words)))
         words[place] = _mistyped(words[place], rng)
-    return LabelledGoal(tuple(words), tuple(steps), start)
+    return LabelledGoal(tuple(words), tuple(steps), start, presence)
 
 
 def _other_nouns(words: Sequence[str], rng: np.random.Generator) -> list[str]:
@@ -70,14 +71,16 @@ def _exchanged(words: Sequence[str], pool: Sequence[str], rng: np.random.Generat
     return [others.get(word, word) for word in words]
 
 
-def _without_marks(words: list[str], steps: list[Step], start: int) -> tuple[list[str], list[Step]]:
+def _without_marks(
+    words: list[str], steps: list[Step], presence: tuple[int, ...], start: int
+) -> tuple[list[str], list[Step], tuple[int, ...]]:
     """Leave out the marks of punctuation from a place on, unless a label points at one."""
     kept = [place for place, word in enumerate(words) if place < start or word[0].isalnum()]
     places = {old: new for new, old in enumerate(kept)}
     if not kept or any(kind != KEYWORD and not set(at) <= places.keys() for kind, at in steps):
-        return words, steps
+        return words, steps, presence
     moved = [(kind, at if kind == KEYWORD else tuple(places[one] for one in at)) for kind, at in steps]
-    return [words[place] for place in kept], moved
+    return [words[place] for place in kept], moved, tuple(presence[place] for place in kept if presence)
 
 
 def _mistyped(word: str, rng: np.random.Generator) -> str:

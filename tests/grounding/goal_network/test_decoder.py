@@ -8,10 +8,12 @@ import torch
 
 from grounding.goal_network.decoder import GoalDecoder
 from grounding.goal_network.vocabulary import KEYWORD, NUMBER_OF, START, Action, keyword
+from grounding.goal_network.word_presence import NO_NAME, NOUN_HERE, PRESENCES
 from grounding.goal_network.writer import ENCODER_LAYER
 from grounding.training.goal_network import GoalNetwork
 
 WORDS = ["stack", "the", "red", "cans", "behind", "the", "plate"]
+PRESENCE = [NO_NAME, NOUN_HERE, *(k % PRESENCES for k in range(len(WORDS) - 2))]
 ACTIONS = [keyword("tower of"), Action(START, 1), Action(2, 3), keyword("y top"), keyword("place of")]
 
 
@@ -24,14 +26,15 @@ def network():
 
 def test_scores_agree_with_torch_action_by_action(network, encoder):
     states = encoder.word_states([WORDS], ENCODER_LAYER)
-    writing = network.decoder().begin(states.hidden, states.first[0])
+    writing = network.decoder().begin(states.hidden, states.first[0], PRESENCE)
     ours = [network.decoder().scores(writing, None)]
     for action in ACTIONS:
         ours.append(network.decoder().scores(writing, action))
     started = [Action(KEYWORD, NUMBER_OF["<start>"]), *ACTIONS]
     with torch.no_grad():
         memory = network.remembered(
-            torch.from_numpy(states.hidden), torch.from_numpy(states.pieces), torch.from_numpy(states.first)
+            torch.from_numpy(states.hidden), torch.from_numpy(states.pieces), torch.from_numpy(states.first),
+            torch.tensor([PRESENCE]),
         )
         theirs = network(
             memory,

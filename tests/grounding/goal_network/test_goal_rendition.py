@@ -55,14 +55,14 @@ class Writes:
 
     taught_words = frozenset({"on", "top", "put"})
 
-    def write(self, text):
+    def write(self, text, objects=None):
         words = words_of(text)
         new = len(words) - 2
         old = words.index("cans")
         copied = [Action(START, old - 1), Action(END, old), Action(START, new), Action(END, new + 1)]
         return WrittenGoal(tuple(words), (Action(KEYWORD, NUMBER_OF["tower of"]), *copied), 0.9)
 
-    def likeliest(self, text, count):
+    def likeliest(self, text, count, objects=None):
         first = self.write(text)
         again = replace(first, actions=(first.actions[0], *first.actions[3:], *first.actions[1:3]), certainty=0.05)
         return [first, again, replace(first, actions=(keyword("nothing"),), certainty=0.03)]
