@@ -10,6 +10,7 @@ import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from grounding.goal_network.network_reading import NetworkReading
@@ -68,7 +69,6 @@ class Interpretation:
         goal: what should hold in the end, in the world's frame; without parts where it is refused or asked about. Its
             objects are indices into those that are there, or the text's words where none are known.
         by_model: whether a language model wrote the goal, and it passed all checks.
-        suggestions: of a refused instruction, goals that it may mean, the likeliest first, in the world's frame.
     """
 
     parse: Parse
@@ -85,12 +85,13 @@ class Interpretation:
     named: tuple[str, ...] = ()
     goal: Goal = Goal()
     by_model: bool = False
-    suggestions: tuple[Goal, ...] = ()
     _reader: ReadsGoals | None = field(default=None, repr=False, compare=False)
     _encoder: SentenceEncoder | None = field(default=None, repr=False, compare=False)
     _second: SecondReader | None = field(default=None, repr=False, compare=False)
     # Parses the instruction with the default parser, for what the reader cannot read.
     _default: Callable[[], Interpretation] | None = field(default=None, repr=False, compare=False)
+    # Of a refused instruction: the objects that are there, and whether it is a request of which some was not understood.
+    _refused: tuple[Sequence[SceneObject | str | None] | None, bool] | None = field(default=None, repr=False, compare=False)
     # What the configured parser made of it, where this is the default parser's interpretation.
     _configured: Interpretation | None = field(default=None, repr=False, compare=False)
 
@@ -98,6 +99,15 @@ class Interpretation:
     def notes(self) -> tuple[str, ...]:
         """Return a sentence for each adjective of the selected objects that could not be judged."""
         return self.selection.notes if self.selection else ()
+
+    @cached_property
+    def suggestions(self) -> tuple[Goal, ...]:
+        """Return goals that a refused instruction may mean, the likeliest first, in the world's frame."""
+        if self._refused is None or self._second is None:
+            return ()
+        objects, requested = self._refused
+        goals = suggested_goals(self._second.likeliest(self.parse.text, objects), requested)
+        return tuple(goal.turned() for goal in goals) if self.viewpoint == "opposite" else goals
 
     def among(self, objects: Sequence[SceneObject | str | None], catalogue: bool = False) -> Interpretation:
         """Select the objects of a scene that the instruction means; no parser is asked again.
@@ -173,11 +183,8 @@ class Interpretation:
         seconds = self.seconds + time.perf_counter() - started
         fallback = f"{reading.fallback}; the grammar's reader read this" if reading.fallback else self.fallback
         if found.status != "ok":
-            return replace(
-                self, spec=StructureSpec(), status=found.status, message=no_object(self.parse.text, found.message), question=found.question,
-                objects=None, selection=None, named=(), goal=Goal(), seconds=seconds,
-                fallback=fallback,
-            ), reading  # fmt: skip
+            message = no_object(self.parse.text, found.message)
+            return self._without_goal(found.status, message, found.question, seconds=seconds, fallback=fallback), reading
         read = replace(self, fallback=fallback, seconds=seconds, by_model=reading.by_model)
         return read._with_goal(reading, objects), reading
 
@@ -226,28 +233,28 @@ class Interpretation:
         found = self
         if asks_nothing(second, known):
             refused = refusal(text, "idle", self.parse.parser)
-            found = replace(
-                self, parse=refused, spec=StructureSpec(), status="refused", message=refused.message, question=None,
-                objects=None, selection=None, named=(), goal=Goal(),
-            )  # fmt: skip
+            found = self._without_goal("refused", refused.message, parse=refused)
         elif counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
             if self._default is not None:
                 found = replace(found, fallback=f"{_unused(first)}; the goal network read this", by_model=False)
         elif doubted(second, known, count):
             message = not_understood(self.parse, first.residue).message
-            found = replace(
-                self, spec=StructureSpec(), status="refused", message=message, objects=None, selection=None, named=(),
-                goal=Goal(),
-            )  # fmt: skip
+            found = self._without_goal("refused", message, self.question)
         elif known.half_read:
             found = self._with_note(unread_note(first.residue, self.goal, _words_read(self.parse)))
         if found.status == "refused" and not catalogue:
-            understood = bool(first.problem) and not first.residue
-            goals = suggested_goals(self._second.likeliest(text, objects), known.requests and not understood)
-            opposite = self.viewpoint == "opposite"
-            found = replace(found, suggestions=tuple(each.turned() if opposite else each for each in goals))
+            found = replace(found, _refused=(objects, known.requests and not first.impossible))
         return replace(found, seconds=self.seconds + time.perf_counter() - started)
+
+    def _without_goal(
+        self, status: str, message: str, question: Question | None = None, **changed: Any
+    ) -> Interpretation:
+        """Return the interpretation of what is refused, or asked about first."""
+        return replace(
+            self, spec=StructureSpec(), status=status, message=message, question=question, objects=None,
+            selection=None, named=(), goal=Goal(), **changed,
+        )  # fmt: skip
 
     def _with_note(self, note: str) -> Interpretation:
         """Return the interpretation with a remark on the words that were not read, where there are any."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -43,7 +43,7 @@ class SpokenReading:
         goal: as spoken; empty where it is refused or asked about.
         status, message, question, parse: of the interpretation.
         beyond: whether it asks for more than one structure of five slots, as far as it was understood.
-        suggestions: goals that it may mean, as spoken, where it is refused.
+        suggest: finds the goals that it may mean, as spoken, where it is refused.
     """
 
     goal: Goal
@@ -52,7 +52,7 @@ class SpokenReading:
     question: Question | None
     parse: Parse
     beyond: bool
-    suggestions: tuple[Goal, ...] = ()
+    suggest: Callable[[], tuple[Goal, ...]] = tuple
 
 
 class GoalReader(Protocol):
@@ -92,11 +92,14 @@ class SceneReader:
         found = self._interpreter.interpret(text, self._objects, strictly)
         opposite = self._interpreter.viewpoint == "opposite"
         goal = found.goal.turned() if opposite else found.goal
-        suggestions = tuple(each.turned() if opposite else each for each in found.suggestions)
         # Where the slots were read and are not what counts, the instruction holds more than they can.
         unused = any(found.parse.spec.to_dict().values()) and not any(found.spec.to_dict().values())
         beyond = goal.plain_spec is None if goal.parts else unused and found.status != "ok"
-        return SpokenReading(goal, found.status, found.message, found.question, found.parse, beyond, suggestions)
+
+        def suggest() -> tuple[Goal, ...]:
+            return tuple(each.turned() if opposite else each for each in found.suggestions)
+
+        return SpokenReading(goal, found.status, found.message, found.question, found.parse, beyond, suggest)
 
     def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
         """Revise one structure; see `grounding.dialogue.revise.revise`."""

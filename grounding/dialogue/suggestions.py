@@ -17,10 +17,10 @@ def suggested(turn: Turn, found: GoalRevision) -> GoalRevision:
         found: what was made of it.
     """
     read = found.read
-    if (turn.last.parts and turn.open) or found.status != "refused" or read is None or not read.suggestions:
+    if (turn.last.parts and turn.open) or found.status != "refused" or read is None or not (goals := read.suggest()):
         return found
     names = turn.said.names
-    options = tuple(describe_parts(goal.parts, names) for goal in read.suggestions)
+    options = tuple(describe_parts(goal.parts, names) for goal in goals)
     which = "is this what is meant?" if len(options) == 1 else "is one of these meant?"
     question = Question(PART, f"{found.message}; {which}", options)
-    return GoalRevision(turn.last, "ask", "new", question.text, question=question, choices=read.suggestions, read=read)
+    return GoalRevision(turn.last, "ask", "new", question.text, question=question, choices=goals, read=read)

@@ -125,7 +125,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         return False
     if first.slots is not None and not more_than_plain(second.goal) and _contradicts(second.goal, first.slots):
         return False
-    understood = bool(reading.problem) and not reading.residue and not agreed
+    understood = reading.impossible and not agreed
     if agreed and count is None and not first.idle:
         return second.certainty >= AGREED
     return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)

@@ -97,6 +97,11 @@ class GoalReading:
         """Return whether every word was accounted for and a goal was found."""
         return bool(self.goal.parts) and not self.problem and not self.residue and self.question is None
 
+    @property
+    def impossible(self) -> bool:
+        """Return whether all of it was understood, and cannot be built."""
+        return bool(self.problem) and not self.residue
+
 
 class ReadsGoals(Protocol):
     """A reader of goals: that of the grammar, or one that asks a language model."""

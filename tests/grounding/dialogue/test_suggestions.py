@@ -16,7 +16,7 @@ NOTHING = Goal()
 
 def ask(suggestions, last=NOTHING, status="refused"):
     parse = Parse("build it", StructureSpec(), "embedding")
-    read = SpokenReading(Goal(), "refused", "'gronk' is not understood", None, parse, True, suggestions)
+    read = SpokenReading(Goal(), "refused", "'gronk' is not understood", None, parse, True, lambda: suggestions)
     turn = Turn(last, "build it", GoalText("build it", last, NAMES), None, (), False)
     return suggested(turn, GoalRevision(last, status, "new", read.message, read=read))
 
