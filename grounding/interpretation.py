@@ -211,24 +211,24 @@ class Interpretation:
     def _read_again(
         self, objects: Sequence[SceneObject | str | None] | None, catalogue: bool, first: GoalReading
     ) -> Interpretation:
-        """Let the goal network read it too, except where grammar and parser agree on one plain structure.
+        """Let the goal network read it too, except where grammar and parser agree on one plain structure of no known scene.
 
         A language model's goal is a first reading like the grammar's: a network that is certain of another goal counts.
         """
         agreed = self.status == "ok" and first.complete and not more_than_plain(first.goal)
         agreed = agreed and first.goal.parts[0].spec == self.parse.spec
-        if self._second is None or agreed or not self.parse.text.strip():
+        count = None if objects is None or catalogue else len(objects)
+        if self._second is None or (agreed and count is None) or not self.parse.text.strip():
             return self
         started = time.perf_counter()
         second = self._second.read(self.parse.text, objects, catalogue)
-        count = None if objects is None or catalogue else len(objects)
         goal = self.goal.turned() if self.viewpoint == "opposite" else self.goal
         idle = self.parse.status == "refused" and REFUSALS["idle"] in self.parse.message
         text = self.parse.text
         asks_place = self.question is not None and self.question.slot != OBJECT
         known = FirstReading(
             first, self.status, goal, requests(text), idle, text, excepts(text), keeps(text), asks_place, sorts(text),
-            self.parse.spec if self.parse.status == "ok" else None,
+            self.parse.spec if self.parse.status == "ok" else None, agreed,
         )
         found = self
         if asks_nothing(second, known):

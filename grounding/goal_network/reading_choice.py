@@ -24,6 +24,8 @@ from grounding.spec import SLOTS, StructureSpec
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
 CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
 MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
+SURE = 0.97  # against a rule that forbids to build
+SURER = 0.99  # in place of one plain structure that the grammar and the parser of the five slots agree on
 AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
@@ -61,6 +63,7 @@ class FirstReading:
         asks_place: whether it asks for a place, as for the corner that is meant: the network leaves such places out.
         sorts: whether it asks for an order.
         slots: what the parser of the five slots reads, in the speaker's frame; `None` where it refuses or asks.
+        agreed: whether grammar and parser agree on one plain structure.
     """
 
     reading: GoalReading
@@ -74,6 +77,7 @@ class FirstReading:
     asks_place: bool = False
     sorts: bool = False
     slots: StructureSpec | None = None
+    agreed: bool = False
 
     @property
     def plain(self) -> bool:
@@ -94,41 +98,67 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         first: the other one.
         count: of objects in the scene; `None` if none is known.
     """
-    reading = first.reading
-    settled = reading.work or reading.conditions or reading.never or reading.definite
-    asked = first.requests or (second.certainty >= MORE_CERTAIN and not first.text.rstrip().endswith("?"))
-    if second.goal is None or not asked or settled:
+    if second.goal is None or brings_together(second) or _leaves_place_open(second, first):
         return False
-    if weighty(second.uncopied) or (first.asks_place and not (second.certainty >= MORE_CERTAIN and _has_place(second.goal))):
+    if second.certainty < SURE and (_forbidden(second, first) or _lacks_objects(second, first)):
         return False
-    if _PARALLEL & set(second.uncopied) and not any(part.along for part in second.goal.structures):
-        return False
-    if _lacks_objects(second, first) or brings_together(second) or (first.sorts and not _sorted(second.goal)):
-        return False
-    if reading.paired and any(isinstance(part, RelationPart) for part in second.goal.parts):
-        return False  # the network knows no pairs
-    agreed = agrees(second.goal, first.slots)
     if first.status == "ok":
-        if agreed and not first.plain:
-            return second.certainty >= CERTAIN
-        if first.plain and (count is None or supports(second.goal, first.goal)):
-            return False
-        if not first.plain and reading.complete and not reading.corrected and _loses(second.goal, first.goal):
-            return False
-        if reading.complete and _POINTS_BACK.search(first.text) and _other_references(second.goal, first.goal):
-            return False
-        enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
-        enough = enough and (first.half_read or not first.excepts)
-        return enough and _differ(second.goal, first.goal, count)
+        return _replaces(second, first, count)
+    return _stands_in(second, first, count)
+
+
+def _leaves_place_open(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether it must be asked which place is meant, and the network's goal may have none."""
+    assert second.goal is not None
+    return first.asks_place and not (second.certainty >= MORE_CERTAIN and _has_place(second.goal))
+
+
+def _forbidden(second: NetworkReading, first: FirstReading) -> bool:
+    """Return whether a rule knows a reason why a goal is not to be built, or not as the network has it."""
+    reading, goal = first.reading, second.goal
+    assert goal is not None
+    if reading.work or reading.conditions or reading.never or reading.definite or weighty(second.uncopied):
+        return True
+    if not first.requests and (second.certainty < MORE_CERTAIN or first.text.rstrip().endswith("?")):
+        return True
+    if _PARALLEL & set(second.uncopied) and not any(part.along for part in goal.structures):
+        return True
+    if reading.paired and any(isinstance(part, RelationPart) for part in goal.parts):
+        return True  # each has its own
     unknown = {word for words in reading.residue for word in re.findall(r"[a-z]+", words.lower())}
-    if (unknown & (WEIGHTY | WEIGHTY_IF_UNKNOWN)) - words_held(second.goal, first.text):
+    unknown &= WEIGHTY | WEIGHTY_IF_UNKNOWN
+    return (first.sorts and not _sorted(goal)) or (first.status != "ok" and bool(unknown - words_held(goal, first.text)))
+
+
+def _replaces(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
+    """Return whether the network's goal is used in place of another goal."""
+    reading, goal = first.reading, second.goal
+    assert goal is not None
+    if first.agreed:
+        return count is not None and second.certainty >= SURER and _differ(goal, first.goal, count)
+    if agrees(goal, first.slots) and not first.plain:
+        return second.certainty >= CERTAIN
+    if first.plain and (count is None or supports(goal, first.goal, second.certainty >= SURE)):
         return False
+    if not first.plain and second.certainty < SURE and reading.complete and not reading.corrected and _loses(goal, first.goal):
+        return False
+    if reading.complete and _POINTS_BACK.search(first.text) and _other_references(goal, first.goal):
+        return False
+    enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
+    enough = enough and (first.half_read or not first.excepts)
+    return enough and _differ(goal, first.goal, count)
+
+
+def _stands_in(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
+    """Return whether the network's goal is used in place of a refusal or a question."""
+    assert second.goal is not None
     if first.slots is not None and not more_than_plain(second.goal) and _contradicts(second.goal, first.slots):
         return False
-    understood = reading.impossible and not agreed
+    agreed = agrees(second.goal, first.slots)
     if agreed and count is None and not first.idle:
         return second.certainty >= AGREED
-    return second.certainty >= (MORE_CERTAIN if understood or first.idle else CERTAIN)
+    impossible = first.reading.impossible and not agreed
+    return second.certainty >= (MORE_CERTAIN if impossible or first.idle else CERTAIN)
 
 
 def _has_place(goal: Goal) -> bool:
@@ -205,16 +235,22 @@ def _contradicts(goal: Goal, slots: StructureSpec) -> bool:
     return any(one is not None and other is not None and one != other for one, other in pairs)
 
 
-def supports(goal: Goal, plain: Goal) -> bool:
+def supports(goal: Goal, plain: Goal, strictly: bool = False) -> bool:
     """Return whether a goal is a plain structure of the same objects with no other slots than this one has.
 
     The parser of the five slots knows more words for them than the network, which may leave some open.
+
+    Args:
+        goal: the network's.
+        plain: the structure.
+        strictly: whether all objects are others than some that are named.
     """
     if len(goal.parts) != 1 or more_than_plain(goal) or len(plain.parts) != 1:
         return False
     (one,), (other,) = goal.structures, plain.structures
     slots = ((getattr(one, slot), getattr(other, slot)) for slot in SLOTS)
-    same = None in (one.objects, other.objects) or set(one.objects or ()) == set(other.objects or ())
+    everything = None in (one.objects, other.objects) and not strictly
+    same = everything or set(one.objects or ()) == set(other.objects or ())
     return same and all(read in (None, known) for read, known in slots)
 
 

@@ -11,6 +11,8 @@ from grounding.goal_network.reading_choice import (
     CERTAIN,
     HALF_READ,
     MORE_CERTAIN,
+    SURE,
+    SURER,
     FirstReading,
     counts,
     doubted,
@@ -29,7 +31,7 @@ UNKNOWN = GoalReading(residue=("egypt",))
 REFUSED = FirstReading(UNKNOWN, "refused", Goal(), True, False)
 
 
-def read(goal=TRIANGLE, certainty=1.0):
+def read(goal=TRIANGLE, certainty=SURE - 0.01):
     return NetworkReading(goal, certainty)
 
 
@@ -56,8 +58,9 @@ def test_goals_of_single_objects_are_not_taken_where_each_gets_its_own():
         replace(REFUSED, reading=replace(UNKNOWN, residue=("upside down",))),
     ],
 )
-def test_questions_other_work_conditions_and_weighty_words_stay_refused(first):
+def test_questions_other_work_conditions_and_weighty_words_stay_refused_unless_the_network_is_sure(first):
     assert not counts(read(), first, 3)
+    assert counts(read(certainty=SURE), first, 3)
 
 
 def test_a_statement_that_begins_like_a_question_needs_more_certainty():
@@ -108,6 +111,20 @@ def test_a_network_goal_that_loses_what_was_understood_is_not_taken():
     assert not counts(read(Goal((at,))), named, 3)  # without what it stands behind
     half_read = replace(complete, reading=replace(complete.reading, residue=("egypt",)))
     assert counts(read(Goal((behind,))), half_read, 3)
+
+
+def test_one_structure_that_two_readers_agree_on_gives_way_to_a_network_that_is_surer_still():
+    agreed = FirstReading(GoalReading(goal=LINE), "ok", LINE, True, False, agreed=True)
+    along = Goal((StructurePart("line", objects=(0, 1), along="near"),))
+    assert counts(read(along, SURER), agreed, 3) and not counts(read(along, SURER - 0.001), agreed, 3)
+    assert not counts(read(LINE, SURER), agreed, 3) and not counts(read(along, SURER), agreed, None)
+
+
+def test_everything_gives_way_to_named_objects_where_the_network_is_sure():
+    everything = Goal((StructurePart("line", y_position="bottom"),))
+    named = Goal((StructurePart("line", y_position="bottom", objects=(0, 1)),))
+    plain = FirstReading(GoalReading(goal=everything), "ok", everything, True, False)
+    assert counts(read(named, SURE), plain, 3) and not counts(read(named), plain, 3)
 
 
 def test_an_order_that_is_asked_for_is_not_lost():
