@@ -82,13 +82,12 @@ def length_at(said: Words, place: int) -> tuple[float, int] | None:
 
 
 def _single(said: Words, place: int) -> tuple[float, int] | None:
-    words = said.words[place : place + 5]
-    for phrase, factor in _FACTORS:
-        if words[: len(phrase)] == phrase and (unit := UNITS.get(said.word(place + len(phrase)))) is not None:
-            end = place + len(phrase) + 1
-            if factor == 1.0 and said.words[end : end + 3] == ("and", "a", "half"):
-                return 1.5 * unit, end + 3
-            return factor * unit, end
+    for end in range(place + 1, place + _LONGEST_FACTOR + 1):
+        factor, unit = _FACTORS.get(said.words[place:end]), UNITS.get(said.word(end))
+        if factor is not None and unit is not None:
+            if factor == 1.0 and said.words[end + 1 : end + 4] == ("and", "a", "half"):
+                return 1.5 * unit, end + 4
+            return factor * unit, end + 1
     number = number_at(said, place)
     if number is None:
         return None
@@ -106,13 +105,28 @@ def _single(said: Words, place: int) -> tuple[float, int] | None:
     return value * unit, end
 
 
-_FACTORS: tuple[tuple[tuple[str, ...], float], ...] = (
-    (("half", "of", "a"), 0.5), (("half", "a"), 0.5), (("half", "an"), 0.5), (("half",), 0.5),
-    (("a", "half"), 0.5), (("a", "quarter", "of", "a"), 0.25), (("a", "quarter", "of", "an"), 0.25),
-    (("quarter", "of", "a"), 0.25), (("a", "quarter"), 0.25), (("a", "couple", "of"), 2.0), (("a", "couple"), 2.0),
-    (("couple", "of"), 2.0), (("a",), 1.0), (("an",), 1.0), (("another",), 1.0), (("a", "single"), 1.0),
-    (("a", "tenth", "of", "a"), 0.1), (("three", "quarters", "of", "a"), 0.75), (("a", "third", "of", "a"), 1 / 3),
-)  # fmt: skip
+_SHARES = {
+    "half": 1 / 2, "halves": 1 / 2, "third": 1 / 3, "quarter": 1 / 4, "fifth": 1 / 5, "eighth": 1 / 8, "tenth": 1 / 10,
+}  # fmt: skip
+_HOW_MANY: Mapping[tuple[str, ...], int] = {(): 1, ("a",): 1, ("an",): 1, ("one",): 1, ("two",): 2, ("three",): 3}
+_WHOLES = ((), ("a",), ("an",), ("of", "a"), ("of", "an"), ("of", "one"))
+
+
+def _factors() -> dict[tuple[str, ...], float]:
+    """Return what stands before a unit, as numbers: "half a", "three quarters of an", "a couple of"."""
+    found = {
+        (*many, word, *whole): number * share
+        for name, share in _SHARES.items()
+        for many, number in _HOW_MANY.items()
+        for word in (name, f"{name}s")
+        for whole in _WHOLES
+    }
+    couple = {(*a, "couple", *of): 2.0 for a in ((), ("a",)) for of in ((), ("of",))}
+    return found | couple | {("a",): 1.0, ("an",): 1.0, ("another",): 1.0, ("a", "single"): 1.0}
+
+
+_FACTORS = _factors()
+_LONGEST_FACTOR = max(map(len, _FACTORS))
 
 
 # Before and after a length: it is meant as it is said.

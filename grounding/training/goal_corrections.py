@@ -23,6 +23,7 @@ from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goal_reading.measures import lengths_of
 from grounding.goal_reading.tokens import split
 from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.spec import SpecError
 from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, labelled
 
@@ -133,10 +134,16 @@ def goal_of(label: str, count: int | None = None) -> Goal:
 
 
 def _without(goal: Goal, count: int, kept: Sequence[int]) -> Goal:
-    """Write out the objects of "(all)" without those that are kept."""
+    """Write out the objects of structures without those that are kept."""
     taken = {*goal.named_objects(), *kept}
     rest = tuple(index for index in range(count) if index not in taken)
-    return Goal(tuple(replace(part, objects=rest) if part.objects is None else part for part in goal.parts))
+    return Goal(tuple(_of_others(part, rest, kept) if isinstance(part, StructurePart) else part for part in goal.parts))
+
+
+def _of_others(part: StructurePart, rest: Sequence[int], kept: Sequence[int]) -> StructurePart:
+    """Return a structure without what is kept; of "(all)" the rest is left."""
+    named = rest if part.objects is None else part.objects
+    return replace(part, objects=tuple(index for index in named if index not in kept) or part.objects)
 
 
 def _with_numbers(part: Mapping[str, object], numbers: Mapping[str, list[int]]) -> dict[str, object]:
