@@ -98,7 +98,9 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
         first: the other one.
         count: of objects in the scene; `None` if none is known.
     """
-    if second.goal is None or brings_together(second) or _leaves_place_open(second, first):
+    if second.goal is None or not second.goal.parts:  # "leave the mugs alone" has no part
+        return False
+    if brings_together(second) or _leaves_place_open(second, first):
         return False
     if second.certainty < SURE and (_forbidden(second, first) or _lacks_objects(second, first)):
         return False

@@ -23,6 +23,7 @@ from grounding.goal_network.reading_choice import (
 from grounding.goal_reading.reader import GoalReading
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Order, RelationPart, StructurePart
+from grounding.spec import StructureSpec
 
 TOWER = Goal((StructurePart("tower", objects=(0, 1)),))
 TRIANGLE = Goal((StructurePart("triangle", objects=(0, 1, 2)),))
@@ -125,6 +126,10 @@ def test_everything_gives_way_to_named_objects_where_the_network_is_sure():
     named = Goal((StructurePart("line", y_position="bottom", objects=(0, 1)),))
     plain = FirstReading(GoalReading(goal=everything), "ok", everything, True, False)
     assert counts(read(named, SURE), plain, 3) and not counts(read(named), plain, 3)
+
+
+def test_a_goal_without_parts_is_none():
+    assert not counts(read(Goal(), SURER), replace(REFUSED, slots=StructureSpec()), 3)
 
 
 def test_an_order_that_is_asked_for_is_not_lost():
