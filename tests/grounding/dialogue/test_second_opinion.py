@@ -45,8 +45,14 @@ def test_certain_goal_takes_the_place_of_a_refusal():
     assert (found.status, found.kind, found.goal, found.changed) == ("ok", "edit", LEFT, (0,))
 
 
-@pytest.mark.parametrize("reading", [NetworkReading(LEFT, 0.6), NetworkReading(LEFT, 0.99, unknown=("gronk",))])
-def test_goal_that_is_not_certain_or_of_unknown_words_is_offered(reading):
+def test_words_that_a_certain_network_does_not_know_are_named():
+    found = opinion(REFUSED, NetworkReading(LEFT, 0.95, unknown=("gronk",)))
+    assert (found.status, found.goal) == ("ok", LEFT)
+    assert found.message == "read without knowing 'gronk': say so if this changes the wish"
+
+
+@pytest.mark.parametrize("reading", [NetworkReading(LEFT, 0.6), NetworkReading(LEFT, 0.94, unknown=("gronk",))])
+def test_goal_that_is_not_certain_is_offered(reading):
     found = opinion(REFUSED, reading)
     assert (found.status, found.goal) == ("ask", ROW)
     assert found.choices == (LEFT, ROW)
