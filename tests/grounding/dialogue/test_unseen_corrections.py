@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 
-from grounding.dialogue.revise_goal import revise_goal
 from grounding.dialogue.scene_reader import SceneReader
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.vocabulary import NO_GOAL
@@ -23,7 +22,7 @@ from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.interpreter import Interpreter
 from grounding.training.goal_corrections import GoalCorrection, goal_of
-from tests.grounding.dialogue.test_goal_dialogues import turn
+from tests.grounding.dialogue.test_goal_dialogues import turn_of
 
 
 def rows_of(file):
@@ -49,14 +48,11 @@ def outcome(interpreter, encoder, row):
     def same(one, other):
         return compare_goals(one, other, len(objects)).exact
 
-    status, then = turn(interpreter, encoder, before, row.text, objects)
+    status, then, choices = turn_of(SceneReader(interpreter, objects), encoder, before, row.text, objects)
     if status == "ok":
         return "right" if any(same(then, one) for one in wanted) else "refused" if same(then, before) else "wrong"
     if status != "ask":
         return "refused"
-    choices = revise_goal(
-        before, row.text, SceneReader(interpreter, objects), objects, encoder=encoder
-    ).choices
     offered = any(isinstance(one, Goal) and same(one, goal) for one in choices for goal in wanted)
     return "offered" if offered else "asked"
 
