@@ -3,7 +3,8 @@
 The form of `unseen_corrections.tsv` (writer 1) and `unseen_corrections_b.tsv` (writer 3) is that of
 `grounding/language/goal_corrections.tsv`. Nobody opens them; rates only. Writer 4 labelled 130 before any was read: with
 `seen_corrections_d.tsv` corrections were developed, `unseen_corrections_d.tsv` is read by nobody. Writer 5
-(`unseen_corrections_e.tsv`) wrote what people would naturally type; labels that are equally fair are divided by "||".
+(`unseen_corrections_e.tsv`) and writer 6 (`unseen_corrections_f.tsv`) wrote what people would naturally type; labels that
+are equally fair are divided by "||".
 """
 
 from __future__ import annotations
