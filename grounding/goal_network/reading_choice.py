@@ -100,7 +100,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     """
     if second.goal is None or not second.goal.parts:  # "leave the mugs alone" has no part
         return False
-    if brings_together(second) or _leaves_place_open(second, first):
+    if first.reading.never or brings_together(second) or _leaves_place_open(second, first):
         return False
     if second.certainty < SURE and (_forbidden(second, first) or _lacks_objects(second, first)):
         return False
@@ -119,7 +119,7 @@ def _forbidden(second: NetworkReading, first: FirstReading) -> bool:
     """Return whether a rule knows a reason why a goal is not to be built, or not as the network has it."""
     reading, goal = first.reading, second.goal
     assert goal is not None
-    if reading.work or reading.conditions or reading.never or reading.definite or weighty(second.uncopied):
+    if reading.work or reading.conditions or reading.definite or weighty(second.uncopied):
         return True
     if not first.requests and (second.certainty < MORE_CERTAIN or first.text.rstrip().endswith("?")):
         return True

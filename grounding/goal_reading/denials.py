@@ -16,8 +16,11 @@ _SIDES = {"left": Place("left"), "right": Place("right"), "near": Place(None, "b
 def is_replaced(frame: Frame, following: Sequence[Frame]) -> bool:
     """Tell whether a frame that is denied is only what the next one replaces: "not in a row, I want them in a circle"."""
     after = next((one for one in following if one.verb != "mention"), None)
-    if after is None or after.negated or after.stays or after.verb == "leave" or not after.predicates or not frame.objects:
+    if after is None or after.negated or after.stays or after.verb == "leave" or not after.predicates:
         return False
+    if not frame.objects:  # "don't build a tower, lay the blocks in a row"
+        denied, wanted = ([each.value for each in one.get("shape")] for one in (frame, after))
+        return len(denied) == len(frame.predicates) and bool(wanted) and not any(shape in wanted for shape in denied)
     if frame.has(*PLACING) and not after.has(*PLACING):
         return False  # "never put a cup near the bowl; line the cups up"
     if not after.objects:

@@ -38,6 +38,7 @@ def test_what_stays_put_is_left_out(interpreter):  # noqa: F811
     ("text", "shape"),
     [
         ("I don't want the cups in a row, I want them in a circle", "circle"), ("don't stack the cups, line them up", "line"),
+        ("don't build a tower, lay the cups in a row instead", "line"),
         ("don't put the cups in a row, put the cups in a square", "square"),
     ],
 )  # fmt: skip
