@@ -1,8 +1,8 @@
 """Train the goal network (`structagent train goals`): about an hour on one core.
 
-Most instructions are the labelled ones of `language/goal_lines.tsv`, varied at every use; the others are drawn by
-`grounding.training.goal_sentences`. On request a share of the tasks are corrections of goals, labelled
-(`language/goal_corrections.tsv`) or drawn. Every twelfth labelled text, chosen by its checksum, is never trained on:
+Most instructions are the labelled ones of `language/goal_lines.tsv`, varied at every use, or two of them joined
+(`grounding.training.joined_instructions`); the others are drawn by `grounding.training.goal_sentences`. On request a
+share of the tasks are corrections of goals, labelled (`language/goal_corrections.tsv`) or drawn. Every twelfth labelled text, chosen by its checksum, is never trained on:
 the loss on these is reported, and confidences are chosen on them.
 """
 
@@ -32,6 +32,7 @@ from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, go
 from grounding.training.goal_network import UPPER, GoalBatch, GoalNetwork
 from grounding.training.goal_sentences import GoalSentences
 from grounding.training.goal_variation import varied
+from grounding.training.joined_instructions import JoinedInstructions
 from grounding.training.transferred_corrections import TransferredCorrections
 
 BATCH, BUCKET = 64, 10
@@ -39,6 +40,7 @@ STEPS = 4000
 LEARNING_RATE = 6e-4
 UPPER_RATE = 0.2  # of the layers that know English already
 DRAWN = 0.3  # share of the sentences that are drawn
+JOINED = 0.3  # share of the others that are joined from two labelled ones
 DRAWN_CORRECTIONS, TRANSFERRED = 0.15, 0.35  # shares of the corrections that are drawn, and said about other goals
 # Of the labelled texts half are drawn evenly, and half in proportion to the loss with which training begins: what the
 # network to start from knows need only be kept. A higher loss does not count more: the label may be at fault.
@@ -218,6 +220,7 @@ class _Texts:
     Attributes:
         instructions, corrections: labelled.
         sentences: draws instructions.
+        joined: draws instructions that are joined from labelled ones.
         follow_ups: draws corrections.
         transferred: draws labelled corrections, said about other goals.
     """
@@ -225,6 +228,7 @@ class _Texts:
     instructions: _Labelled
     corrections: _Labelled
     sentences: GoalSentences
+    joined: JoinedInstructions
     follow_ups: DrawnCorrections
     transferred: TransferredCorrections
 
@@ -232,14 +236,15 @@ class _Texts:
     def of(
         cls, rng: np.random.Generator, corrections: bool, network: GoalNetwork | None, encoder: SentenceEncoder
     ) -> _Texts:
-        lines = [line for line in goal_lines() if not held_out(line)] if corrections else []
+        lines = [line for line in goal_lines() if not held_out(line)]
         own, tasks = (
             _Labelled(each, None if network is None else losses_of(network, encoder, each))
             for each in (_tasks(goal_lines(), seen=True), _tasks(goal_corrections(), seen=True) if corrections else [])
         )
         labelled_ones = [row for row in goal_corrections() if not held_out(row)]
         transferred = TransferredCorrections(labelled_ones, lines, rng)
-        return cls(own, tasks, GoalSentences(rng), DrawnCorrections(lines, rng), transferred)
+        joined = JoinedInstructions(lines, rng)
+        return cls(own, tasks, GoalSentences(rng), joined, DrawnCorrections(lines, rng), transferred)
 
     def draw(self, rng: np.random.Generator, corrections: float) -> LabelledGoal:
         """Draw a task, a correction with this probability, and vary it."""
@@ -248,6 +253,8 @@ class _Texts:
         elif rng.random() < DRAWN:
             sentence = self.sentences.draw()
             task = labelled(sentence.text, sentence.line)
+        elif rng.random() < JOINED:
+            task = self.joined.draw()
         else:
             task = self.instructions.draw(rng)
         return varied(task, rng)
