@@ -184,6 +184,9 @@ def train_goals(
         float,
         typer.Option(metavar="SHARE", min=0.0, max=1.0, help="Share of the --start network in the final weights."),
     ] = 0.0,
+    dropout: Annotated[
+        float, typer.Option(metavar="SHARE", min=0.0, max=0.9, help="Share of the values that are left out in each step.")
+    ] = 0.1,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:
@@ -202,7 +205,7 @@ def train_goals(
     from agent.training.parsers import train_goal_network
 
     base = None if difference_to is None else difference_to.value
-    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, base, kept)
+    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, base, kept, dropout)
 
 
 @train_app.command("segmentation")

@@ -87,7 +87,7 @@ def train_goal_adapter(out: Path, steps: int, start: Path | None, rate: float, s
 
 def train_goal_network(
     out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, corrections: float = 0.0,
-    difference_to: str | None = None, kept: float = 0.0,
+    difference_to: str | None = None, kept: float = 0.0, dropout: float = 0.1,
 ) -> None:
     """Train the network that reads goals of several parts, and write it to the folder `out`.
 
@@ -101,6 +101,7 @@ def train_goal_network(
         corrections: share of the tasks that are corrections of a goal, 0 to 1.
         difference_to: shipped network from which the stored one differs; `None` stores all weights.
         kept: share of the network to start from in the final weights, 0 to 1.
+        dropout: share of the values that are left out in each step, 0 to 1.
 
     Raises:
         UsageError: for a network to start from that cannot be used, or an illegal rate.
@@ -111,7 +112,7 @@ def train_goal_network(
 
     try:
         options = GoalNetworkTraining(
-            out, steps, start, rate, corrections, seed=seed, threads=threads, difference_to=difference_to, kept=kept
+            out, steps, start, rate, corrections, dropout, seed, threads, difference_to, kept
         )
         train(options, _print_progress)
     except GoalNetworkError as error:
