@@ -31,6 +31,7 @@ from grounding.references.phrases import ANY, Vocabulary
 from grounding.spec import SpecError
 
 _LEFT_OUT = re.compile(r"\b(?:except|but|apart|aside|without|minus|other than|besides|save|excluding|bar|not|that)\b")
+_DENIED = re.compile(r"\bnon\b", re.IGNORECASE)  # which the second resolver passes over: "the non-green mug"
 _OBJECT_KEYS = ("objects", "reference", "around")
 
 
@@ -188,6 +189,8 @@ class WrittenReferences:
     def _objects(self, phrases: Sequence[str]) -> list[Any] | None:
         found: list[Any] = []
         for text in phrases:
+            if _DENIED.search(text):
+                raise UnusableGoalError(f"has {text!r} for objects, which is not understood")
             for phrase in self._phrases(text):
                 if phrase.kind in ("all", "rest") and phrase.mention is not None and phrase.mention.noun != ANY:
                     raise UnusableGoalError(f"does not say which {text!r} are")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from grounding.goal_reading.phrase_references.comparisons import comparison_after, likeness_after
 from grounding.goal_reading.phrase_references.draft import Draft
 from grounding.goal_reading.phrase_references.exceptions import exception_after
 from grounding.goal_reading.phrase_references.parts import part_after
-from grounding.goal_reading.phrase_references.phrase import Test
+from grounding.goal_reading.phrase_references.phrase import Phrase, Test
 from grounding.goal_reading.phrase_references.phrase_text import PhraseReader
 from grounding.goal_reading.phrase_references.place_words import sides_at
 from grounding.goal_reading.phrase_references.predicates import predicate_after
@@ -80,8 +81,15 @@ def _of(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     if group is None:
         return None
     if group[0].kind not in ("pronoun", "all"):
-        draft.among = group[0]
+        draft.among = _of_noun(group[0], draft)
     return group[1]
+
+
+def _of_noun(group: Phrase, draft: Draft) -> Phrase:
+    """Give "of the three" the noun of its phrase: "the biggest cube of the three"."""
+    if not (draft.noun and group.bare and group.count) or group.tests or group.rank is not None or group.other:
+        return group
+    return replace(group, noun=draft.noun, bare=False, borrowed=False, plural=True)
 
 
 def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:

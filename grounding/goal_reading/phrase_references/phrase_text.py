@@ -10,7 +10,7 @@ from grounding.goal_reading.phrase_references.phrase import Phrase, Test
 from grounding.goal_reading.phrase_references.scene_nouns import GENERAL, SceneNouns
 
 # Words that no adjective stands before.
-JOINTS = frozenset("and or , of with in on at to that which for is are the not but ( ) than from".split())
+JOINTS = frozenset("and or , of with in on at to that which for is are the not non but ( ) than from".split())
 _TARGETS = frozenset("to from me us away him her".split())
 
 

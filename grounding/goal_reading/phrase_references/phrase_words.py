@@ -27,7 +27,16 @@ _DIALECT = {
     "color": "colour", "colors": "colours", "towards": "toward", "shorty": "short one", "upon": "on", "atop": "on",
     "furtherest": "furthest", "farthest": "furthest", "farther": "further", "ither": "other", "t'other": "the other",
 }  # fmt: skip
-_TOGETHER = (("left hand", "left"), ("right hand", "right"), ("screw driver", "screwdriver"), ("see through", "clear"))
+_TOGETHER = (
+    ("left hand", "left"), ("right hand", "right"), ("screw driver", "screwdriver"), ("see through", "clear"),
+    ("most near", "nearest"), ("most close", "closest"), ("most far", "furthest"), ("most distant", "furthest"),
+    ("most left", "leftmost"), ("most right", "rightmost"), ("more near", "nearer"), ("more close", "closer"),
+    ("more far", "further"), ("more distant", "further"), ("further off", "further away"),
+    ("furthest off", "furthest away"), ("what is the", "that is the"),
+)  # fmt: skip
+
+
+_BEFORE_ME = frozenset("to of from by near nearer nearest closer closest than".split())  # "me" for "my" elsewhere
 
 
 def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
@@ -44,7 +53,7 @@ def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
             words += ["the", corrected(word[2:])]  # "t'drivers"
             continue
         word = word.lstrip("'")
-        if word == "me" and words and words[-1] in ("to", "of", "from", "by", "near", "nearest", "closest", "than"):
+        if word == "me" and words and words[-1] in _BEFORE_ME:
             words.append("me")
             continue
         if word == "an" and _VOWEL.match(text.lower(), match.end()):

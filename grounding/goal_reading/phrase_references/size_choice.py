@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from grounding.goal_reading.phrase_references.adjectives import MIDDLE
 from grounding.goal_reading.phrase_references.choice_errors import NothingFits
 from grounding.goal_reading.phrase_references.phrase import Rank, Test
 from grounding.references.attributes import MEASURES, ObjectAttributes, alike, by_size, of_size
@@ -30,6 +31,8 @@ class SizeChoice:
             count: the number that the phrase speaks of, `None` where it does not say.
             many: whether it speaks of several.
         """
+        if test.word == MIDDLE:
+            return self._middle(found, many)
         if len(found) < 2 or len(found) == count:
             return found
         known = [self._attributes[i] for i in found]
@@ -46,6 +49,16 @@ class SizeChoice:
             if not self._alike(test.word, found[order[wanted - 1]], found[order[wanted]]):
                 return [found[i] for i in order[:wanted]]
         return [found[i] for i in fits]
+
+    def _middle(self, found: list[int], many: bool) -> list[int]:
+        """Keep the middle one of three objects of different sizes."""
+        order = by_size("large", [self._attributes[i] for i in found])
+        if order is None or len(found) != 3 or many:
+            raise NothingFits("it is not known which of the objects here are of a middle size")
+        ranked = [found[i] for i in order]
+        if any(self._alike("large", a, b) for a, b in zip(ranked, ranked[1:], strict=False)):
+            raise NothingFits("the objects are not of three sizes")
+        return ranked[1:2]
 
     def beyond(self, test: Test, index: int) -> bool:
         """Tell whether an object is "taller than 15 cm"."""
