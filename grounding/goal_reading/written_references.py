@@ -31,7 +31,8 @@ from grounding.references.phrases import ANY, Vocabulary
 from grounding.spec import SpecError
 
 _LEFT_OUT = re.compile(r"\b(?:except|but|apart|aside|without|minus|other than|besides|save|excluding|bar|not|that)\b")
-_DENIED = re.compile(r"\bnon\b", re.IGNORECASE)  # which the second resolver passes over: "the non-green mug"
+# What the second resolver passes over: "the non-green mug", "the matching cups".
+_PASSED_OVER = re.compile(r"\b(?:non|odd|unique|identical|matching|paired|twin)\b", re.IGNORECASE)
 _OBJECT_KEYS = ("objects", "reference", "around")
 
 
@@ -189,7 +190,7 @@ class WrittenReferences:
     def _objects(self, phrases: Sequence[str]) -> list[Any] | None:
         found: list[Any] = []
         for text in phrases:
-            if _DENIED.search(text):
+            if _PASSED_OVER.search(text):
                 raise UnusableGoalError(f"has {text!r} for objects, which is not understood")
             for phrase in self._phrases(text):
                 if phrase.kind in ("all", "rest") and phrase.mention is not None and phrase.mention.noun != ANY:

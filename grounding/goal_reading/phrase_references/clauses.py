@@ -14,6 +14,7 @@ from grounding.goal_reading.phrase_references.phrase_text import PhraseReader
 from grounding.goal_reading.phrase_references.place_words import sides_at
 from grounding.goal_reading.phrase_references.predicates import predicate_after
 from grounding.goal_reading.phrase_references.properties import use_of
+from grounding.goal_reading.phrase_references.uniqueness import uniqueness_after
 from grounding.goal_reading.phrase_references.universal_phrases import idle_place
 
 _STANDS = re.compile(
@@ -51,7 +52,7 @@ def clauses_after(parser: PhraseReader, draft: Draft, at: int, excepting: bool) 
     readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, _beside, _stands]
     readers = [exception_after, *readers] if excepting else readers
     while at < len(parser.words):
-        end = idle_place(parser.words, at)
+        end = uniqueness_after(parser, draft, at) or idle_place(parser.words, at)
         if end == at:
             end = next((after for read in readers if (after := read(parser, draft, at)) is not None), at)
         if end <= at and parser.word(at) in _IDLE:

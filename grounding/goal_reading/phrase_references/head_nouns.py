@@ -77,7 +77,9 @@ def _noun(text: PhraseText, at: int, draft: Draft) -> int | None:
         draft.plural = draft.plural or word.endswith("s") or word in _MASSES
     elif word in _GROUPS and (draft.tests or word == "team"):
         draft.borrowed = draft.plural = True
-        draft.count = 2 if word == "pair" else draft.count
+        if word == "pair":
+            draft.count = 2
+            draft.test(Test("equal", "pair"))  # "the white pair" may be two of several kinds
     elif text.nouns.is_noun(word):
         draft.noun = (word,)
         draft.plural = draft.plural or text.nouns.plural(word)
@@ -107,6 +109,8 @@ def behind_noun(text: PhraseText, at: int, draft: Draft) -> int:
             at = chosen - 1
         elif number is not None and draft.count is None and draft.tests:
             draft.count = number
+        elif word == "out" and text.word(at - 2) == "odd":
+            pass  # "the odd one out"
         elif word not in _IDLE and not (word in ("cups", "cup", "ones") and text.word(at - 1) == "team"):
             return at
         at += 1

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from grounding.goal_reading.phrase_references.adjectives import IDLE, colours_of
 from grounding.goal_reading.phrase_references.draft import Draft
 from grounding.goal_reading.phrase_references.phrase import Test
@@ -13,7 +11,6 @@ from grounding.goal_reading.phrase_references.properties import property_of
 _HAVING = frozenset("with having has have bearing share shares".split())
 _BEFORE = IDLE | frozenset("a an the its some two four any long little big sharp curved".split())
 _PAINTED = frozenset("handle handles colour grip cap lid label coat".split())
-_LONELY = re.compile(r"no (?:twin|partner|match|counterpart|pair|double|mate|sibling)(?: (?:in|of|by) colour)?(?= |$)")
 
 
 def part_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
@@ -28,9 +25,6 @@ def part_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     if parser.word(at) not in _HAVING:
         return None
     place = at + 1
-    if (lonely := _LONELY.match(" ".join(parser.words[place:]))) is not None:
-        draft.test(Test("lonely"))
-        return place + len(lonely.group().split())
     colour = ""
     while parser.word(place) in _BEFORE or colours_of(parser.word(place)) is not None:
         colour = parser.word(place) if colours_of(parser.word(place)) is not None else colour

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from grounding.goal_reading.phrase_references.adjectives import TEMPERATURES
 from grounding.goal_reading.phrase_references.choice_errors import Doubt, NothingFits
 from grounding.goal_reading.phrase_references.noun_contexts import NounContexts
 from grounding.goal_reading.phrase_references.phrase import Phrase, PhraseGroup
@@ -12,7 +13,7 @@ from grounding.goal_reading.phrase_references.said_phrases import SaidPhrase, Sa
 from grounding.goal_reading.phrase_references.scene_nouns import SceneNouns
 from grounding.goal_reading.phrase_references.selection import Selection
 
-_TELLING = ("colour", "property", "use", "kind", "lonely", "alike")
+_TELLING = ("colour", "hue", "property", "use", "kind", "lonely", "alike")
 
 
 class PhraseObjects:
@@ -46,6 +47,8 @@ class PhraseObjects:
         """
         self._said.current = said
         phrase = said.phrase
+        if _of_temperature(phrase) and not self.contexts.says_colour():
+            raise NothingFits(f"{phrase.text!r} may speak of how warm something is")
         own = self._said.of_group(said.group)
         same = [each for each in own if each.phrase == phrase]
         if len(same) > 1 and not phrase.plural:  # "ball, ball, block"
@@ -200,6 +203,10 @@ class PhraseObjects:
             raise Doubt(found)
         fresh = [i for i in found if i not in self._said.named()]
         return (fresh if len(fresh) >= wanted else found)[:wanted]
+
+
+def _of_temperature(phrase: Phrase) -> bool:
+    return any(test.kind == "hue" and test.word in TEMPERATURES for each in phrase.tests for test in each)
 
 
 def _of_several(phrase: Phrase, group: PhraseGroup, alone: bool) -> Phrase:

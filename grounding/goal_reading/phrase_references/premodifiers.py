@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from grounding.goal_reading.measures import COUNTS
 from grounding.goal_reading.noun_parts import ORDINALS
-from grounding.goal_reading.phrase_references.adjectives import IDLE, MIDDLE, MIDDLING, colours_of, size_of
+from grounding.goal_reading.phrase_references.adjectives import HUES, IDLE, MIDDLE, MIDDLING, colours_of, size_of
 from grounding.goal_reading.phrase_references.determiners import PIECES
 from grounding.goal_reading.phrase_references.draft import Draft
 from grounding.goal_reading.phrase_references.phrase import Phrase, Rank, Test
@@ -40,7 +40,7 @@ def _adjective(text: PhraseText, at: int, draft: Draft, later: bool) -> int | No
     if not word or f"{word} {singular(text.word(at + 1))}" in GROUPS:  # "hand tools"
         return None
     readers: tuple[Callable[[PhraseText, int, Draft, bool], int | None], ...] = (
-        _denied, _order, _place, _quality, _described,
+        _denied, _sorted, _order, _place, _quality, _described,
     )  # fmt: skip
     return next((end for read in readers if (end := read(text, at, draft, later)) is not None), None)
 
@@ -62,6 +62,31 @@ def _denied(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
         draft.test(Test("kind", other=Phrase(word, noun=(word,), plural=True, every=True), negated=True))
         return at + 2
     return None
+
+
+def _sorted(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
+    """Read "odd", "identical", "paired", "coloured" or "warm"."""
+    word = text.word(at)
+    if word == "odd":
+        draft.test(Test("odd"))
+    elif word in ("identical", "matching") and (text.noun_at(at + 1) or text.word(at + 1) == "pair"):
+        draft.test(Test("equal"))
+    elif word in ("paired", "twinned") and text.noun_at(at + 1):
+        draft.test(Test("lonely", negated=True))
+    elif word == "unique" and text.noun_at(at + 1):
+        draft.test(Test("lonely"))
+    elif word in HUES and not draft.tests and (text.noun_at(at + 1) or text.colours_at(at + 1) or _hued(text, at + 1)):
+        draft.test(Test("hue", word))
+        draft.plural = draft.plural or _hued(text, at + 1)
+        return at + 1 + _hued(text, at + 1)
+    else:
+        return None
+    return at + 1
+
+
+def _hued(text: PhraseText, at: int) -> bool:
+    """Return whether "the warm colours" ends here."""
+    return text.word(at) in ("colours", "hues", "shades", "tones") and not text.noun_at(at + 1)
 
 
 def _order(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
