@@ -89,7 +89,7 @@ class WrittenReferences:
             for key in _OBJECT_KEYS:
                 if isinstance(part.get(key), (list, tuple)):
                     role = "structure" if structure and key == "objects" else key
-                    groups.append(PhraseGroup(tuple(part[key]), role, structure and part.get("shape") is not None))
+                    groups.append(PhraseGroup(tuple(part[key]), role, structure and part.get("shape") is not None, number))
                     places.append((number, key))
         named = len(groups)
         groups += [PhraseGroup((text,), "kept") for text in self.kept]

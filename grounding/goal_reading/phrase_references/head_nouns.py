@@ -75,10 +75,10 @@ def _noun(text: PhraseText, at: int, draft: Draft) -> int | None:
         return at + 2
     elif word in GENERAL:
         draft.plural = draft.plural or word.endswith("s") or word in _MASSES
-    elif word in _GROUPS and (draft.tests or word == "team"):
+    elif word in _GROUPS and (draft.tests or word == "team" or (word in ("pair", "trio") and at > 0)):
         draft.borrowed = draft.plural = True
-        if word == "pair":
-            draft.count = 2
+        draft.count = {"pair": 2, "trio": 3}.get(word, draft.count)
+        if word == "pair" and draft.tests:
             draft.test(Test("equal", "pair"))  # "the white pair" may be two of several kinds
     elif text.nouns.is_noun(word):
         draft.noun = (word,)

@@ -92,8 +92,10 @@ class PhraseGroup:
         role: "structure", which is made of the objects; "objects" of a relation; its "reference"; "around", what stands
             within a structure; or "kept".
         shaped: whether a structure has a shape, which one object cannot have.
+        part: the number of the part of the goal; -1 where it is not known.
     """
 
     texts: tuple[str, ...]
     role: str = "objects"
     shaped: bool = False
+    part: int = -1

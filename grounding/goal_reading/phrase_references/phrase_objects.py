@@ -12,6 +12,7 @@ from grounding.goal_reading.phrase_references.phrase import Phrase, PhraseGroup
 from grounding.goal_reading.phrase_references.said_phrases import SaidPhrase, SaidPhrases
 from grounding.goal_reading.phrase_references.scene_nouns import SceneNouns
 from grounding.goal_reading.phrase_references.selection import Selection
+from grounding.goal_reading.phrase_references.told_objects import ToldObjects
 
 _TELLING = ("colour", "hue", "property", "use", "kind", "lonely", "alike")
 
@@ -37,6 +38,7 @@ class PhraseObjects:
         self._nouns, self._said = nouns, said
         self.selection = selection(self._inner, said.last_one)
         self.contexts = NounContexts(words, nouns, self.selection)
+        self._told = ToldObjects(words, nouns, said, self._objects)
 
     def find(self, said: SaidPhrase, group: PhraseGroup) -> list[int]:
         """Find the objects of a phrase of a group.
@@ -100,12 +102,14 @@ class PhraseObjects:
             return [i for i in everything if i not in self._said.named()]
         if phrase.kind == "all":
             found = self.selection.fitting(phrase, everything)
+            if phrase.count not in (None, len(found)) and not phrase.tests and (told := self._told.several(phrase.count)):
+                return told  # "the three of them"
             return self._counted(phrase, found) if phrase.count is not None else found
         if phrase.plural:
             place = self._said.current.place if self._said.current is not None else 0
             if self._said.alone() and not self.contexts.told_before(place):
                 return list(everything)
-        elif one := self._said.last_one():
+        elif one := self._told.one():
             return one
         raise NothingFits(f"it is not said what {phrase.text!r} stands for")
 
@@ -124,6 +128,9 @@ class PhraseObjects:
 
     def _best(self, phrase: Phrase) -> list[int]:
         """Find the objects in the first meaning of the noun in which as many fit as the phrase speaks of."""
+        if phrase.demonstrative and phrase.borrowed and phrase.count != 1 and phrase.count and not phrase.tests:
+            if told := self._told.several(phrase.count):
+                return told  # "those three", "that pair"
         problem: NothingFits | None = None
         few: list[int] = []
         for base in self._bases(phrase):
@@ -164,6 +171,8 @@ class PhraseObjects:
                     yield everything
             yield from self._common_kind(phrase)
             for each in reversed(self._said.before()) if phrase.other else ():
+                if each.phrase.among is not None:
+                    yield self._inner(each.phrase.among)  # "the bigger of the two, the other one"
                 yield from (self._nouns.of_kinds((self._nouns.head(one),)) for one in (each.found or ())[:1])
             if not (phrase.other and phrase.plural):
                 place = self._said.current.place if self._said.current is not None else 0
@@ -199,6 +208,8 @@ class PhraseObjects:
                 return again  # "put the red mug on the plate, then turn to the mug"
             if phrase.demonstrative and alone:
                 return list(alone[-1])
+            if phrase.demonstrative and (told := self._told.one(found)):
+                return told
         if phrase.definite:
             raise Doubt(found)
         fresh = [i for i in found if i not in self._said.named()]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import combinations
 
 from grounding.goal_reading.phrase_references.adjectives import MIDDLE
 from grounding.goal_reading.phrase_references.choice_errors import NothingFits
 from grounding.goal_reading.phrase_references.phrase import Rank, Test
 from grounding.references.attributes import MEASURES, ObjectAttributes, alike, by_size, of_size
 
+_CLEAR = 1.5  # a volume by so much larger is larger, whatever the shape
 _UNKNOWN = "the sizes of the objects are not known"
 
 
@@ -40,6 +43,8 @@ class SizeChoice:
         if fits is None or order is None:
             raise NothingFits(_UNKNOWN)
         if not fits and MEASURES[test.word].noun == "sizes":  # of a like volume: by their height
+            if any(_crosswise(one, other) for one, other in combinations(filter(None, known), 2)):
+                return found  # none is for certain the larger one
             higher = Test("size", "tall" if MEASURES[test.word].sign > 0 else "short", value=test.value)
             return self.fitting(higher, found, count, many)
         one = not many and (test.value > 0 or len(found) == 2)
@@ -83,7 +88,9 @@ class SizeChoice:
 
     def _alike(self, word: str, one: int, other: int) -> bool:
         first, second = self._attributes[one], self._attributes[other]
-        return first is not None and second is not None and alike(word, first, second)
+        if first is None or second is None:
+            return False
+        return alike(word, first, second) or (MEASURES[word].noun == "sizes" and _crosswise(first, second))
 
     def _tied(self, word: str, one: int, other: int) -> bool:
         height = MEASURES[word].noun != "sizes" or self._alike("tall", one, other)
@@ -99,3 +106,13 @@ class SizeChoice:
             if MEASURES[word].sign * (other.size[2] - one.size[2]) > 0 and not alike("tall", one, other):
                 order[n], order[n + 1] = order[n + 1], order[n]
         return order
+
+
+def _crosswise(one: ObjectAttributes, other: ObjectAttributes) -> bool:
+    """Tell whether one of two objects of similar volume is the wider one: is a plate larger than a bowl?"""
+    if one.size is None or other.size is None:
+        return False
+    first, second = (max(each.size[:2]) for each in (one, other))
+    volumes = [math.prod(each.size) for each in (one, other)]
+    close = max(volumes) < _CLEAR * min(volumes)
+    return close and (volumes[0] - volumes[1]) * (first - second) < 0 and max(first, second) > 1.1 * min(first, second)
