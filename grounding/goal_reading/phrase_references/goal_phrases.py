@@ -60,8 +60,8 @@ class GoalPhrases:
         for number, phrases in enumerate(read):
             for phrase in phrases or ():
                 place = self._objects.contexts.place_of(phrase, place)
-                kept = groups[number].role == "kept"
-                self._said.all.append(SaidPhrase(phrase, number, place, kept, part=groups[number].part))
+                role, part = groups[number].role, groups[number].part
+                self._said.all.append(SaidPhrase(phrase, number, place, role == "kept", part=part, role=role))
         problems = {n: NothingFits("a word is not understood") for n, each in enumerate(read) if each is None}
         problems |= self._find_all(groups, problems)
         found = [problems.get(n) or self._united(n, groups[n]) for n in range(len(groups))]

@@ -122,6 +122,9 @@ class PhraseObjects:
             of_kind = [i for i in others if self._nouns.head(i) == self._nouns.head(before[0])]
             for alike in (of_kind, self.selection.of_same_colour(before[0], others)):
                 found = self.selection.fitting(phrase, alike)
+                sized = any(each[0].kind == "size" for each in phrase.tests)
+                if sized and not phrase.plural and len(alike) > 1:
+                    break  # "its little sister" is the smaller of two, and not the smallest of all
                 if found and (phrase.plural or len(found) == 1) and phrase.count in (None, len(found)):
                     return found
         raise NothingFits(f"it is not clear what {phrase.text!r} belongs to")
@@ -170,6 +173,7 @@ class PhraseObjects:
                 if len(found) == 1 or (phrase.plural and len(kinds) == 1):
                     yield everything
             yield from self._common_kind(phrase)
+            yield from self._contrasted(phrase)
             for each in reversed(self._said.before()) if phrase.other else ():
                 if each.phrase.among is not None:
                     yield self._inner(each.phrase.among)  # "the bigger of the two, the other one"
@@ -178,6 +182,23 @@ class PhraseObjects:
                 place = self._said.current.place if self._said.current is not None else 0
                 yield from self.contexts.around(phrase, place)
         yield everything
+
+    def _contrasted(self, phrase: Phrase) -> Iterator[Sequence[int]]:
+        """Find what is of the kind of the phrase that stood in the same role with another place on the table.
+
+        "The white cup on the right goes on the green saucer, the one on the left goes on the white saucer."
+        """
+        current = self._said.current
+        placed = phrase.tests and all(each[0].kind == "place" for each in phrase.tests)
+        if current is None or not placed or phrase.bare or current.phrase is not phrase and current.phrase != phrase:
+            return
+        for each in reversed(self._said.before()):
+            other = each.phrase
+            if each.role == current.role and other.noun and any(test[0].kind == "place" for test in other.tests):
+                tests = tuple(test for test in other.tests if test[0].kind != "place")
+                whole = replace(other, tests=tests, rank=None, count=None, plural=True, among=None)
+                yield self.selection.fitting(whole, self._nouns.meanings(other.noun[-1])[0])
+                return
 
     def _common_kind(self, phrase: Phrase) -> Iterator[Sequence[int]]:
         """Find the one kind of which there is something of each bare colour of the group: "white, red, blue"."""
@@ -222,7 +243,7 @@ def _of_temperature(phrase: Phrase) -> bool:
 
 def _of_several(phrase: Phrase, group: PhraseGroup, alone: bool) -> Phrase:
     """Return the phrase with the number that its place in the goal asks for: a tower is not made of one can."""
-    placed = phrase.rank is not None or any(each[0].kind == "place" for each in phrase.tests)
+    placed = phrase.rank is not None or any(each[0].kind in ("place", "nearest") for each in phrase.tests)
     if phrase.open:
         one = group.role in ("reference", "around") or (group.role != "structure" and placed)
         return phrase if one else replace(phrase, plural=True)

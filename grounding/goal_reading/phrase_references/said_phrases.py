@@ -18,6 +18,7 @@ class SaidPhrase:
         kept: whether its objects are to stay.
         found: its objects; `None` until they are found.
         part: the number of its part of the goal; -1 where it is not known.
+        role: of its group.
         inner: the objects of phrases within it, "of the same colour as the far cup".
     """
 
@@ -27,6 +28,7 @@ class SaidPhrase:
     kept: bool = False
     found: list[int] | None = None
     part: int = -1
+    role: str = ""
     inner: list[list[int]] = field(default_factory=list)
 
 

@@ -12,6 +12,7 @@ from grounding.goal_reading.phrase_references.phrase import Rank, Test
 from grounding.references.attributes import MEASURES, ObjectAttributes, alike, by_size, of_size
 
 _CLEAR = 1.5  # a volume by so much larger is larger, whatever the shape
+_SEEN = 1.05  # by so much a width or a height must differ to be seen
 _UNKNOWN = "the sizes of the objects are not known"
 
 
@@ -109,10 +110,11 @@ class SizeChoice:
 
 
 def _crosswise(one: ObjectAttributes, other: ObjectAttributes) -> bool:
-    """Tell whether one of two objects of similar volume is the wider one: is a plate larger than a bowl?"""
+    """Tell whether one of two objects of a like volume is wider and the other taller: is a plate larger than a bowl?"""
     if one.size is None or other.size is None:
         return False
-    first, second = (max(each.size[:2]) for each in (one, other))
-    volumes = [math.prod(each.size) for each in (one, other)]
-    close = max(volumes) < _CLEAR * min(volumes)
-    return close and (volumes[0] - volumes[1]) * (first - second) < 0 and max(first, second) > 1.1 * min(first, second)
+    volumes = sorted(math.prod(each.size) for each in (one, other) if each.size is not None)
+    wider = max(one.size[:2]) / max(other.size[:2])
+    taller = one.size[2] / other.size[2]
+    opposite = (wider > _SEEN and taller < 1 / _SEEN) or (wider < 1 / _SEEN and taller > _SEEN)
+    return opposite and volumes[1] < _CLEAR * volumes[0]
