@@ -9,17 +9,21 @@ from grounding.goal_reading.phrase_references.phrase import Phrase, Rank, Test
 from grounding.goal_reading.phrase_references.phrase_text import PhraseText
 from grounding.goal_reading.phrase_references.place_words import SIDES
 from grounding.goal_reading.phrase_references.premodifiers import USED
+from grounding.goal_reading.phrase_references.properties import property_of
 from grounding.goal_reading.phrase_references.scene_nouns import GENERAL
 from grounding.references.lexicon import GROUPS
 from grounding.references.word_forms import singular
 
 _TWINS = frozenset(
-    "twin brother sister mate partner match counterpart neighbour neighbours sibling siblings friend companion double "
-    "pendant".split()
+    "twin twins brother brothers sister sisters mate mates partner partners match counterpart neighbour neighbours "
+    "sibling siblings friend friends cousin cousins companion companions double pendant".split()
 )
+_UNNAMED = GENERAL | frozenset("everything anything something".split())
 _MASSES = frozenset("stuff lot kit gear shopping collection assortment set".split())
 _GROUPS = frozenset("pair half team trio".split())
 _IDLE = frozenset("( ) only alone coloured together colour please".split())
+# "right in front of me": before these words it is no side.
+_JUST = frozenset("in on at by behind beside next before".split())
 COMPARED = frozenset("closest nearest furthest nearer closer further".split())
 
 
@@ -98,6 +102,7 @@ def behind_noun(text: PhraseText, at: int, draft: Draft) -> int:
         number = COUNTS.get(word) if word not in ("a", "one") else None
         colours = text.colours_at(at)
         sided = word in SIDES and word not in COMPARED and text.word(at + 1) not in ("to", "of", "from")
+        sided = sided and not (word == "right" and text.word(at + 1) in _JUST)
         if colours is not None and not (draft.bare and text.word(at - 1) == "and"):
             draft.test(*colours[0])
             at = colours[1] - 1
@@ -105,6 +110,8 @@ def behind_noun(text: PhraseText, at: int, draft: Draft) -> int:
             draft.sides.append(SIDES[word])
             at += text.word(at + 1) in ("side", "hand")
             at += text.word(at) == "side" and text.word(at + 1) == "one"  # "white jar right side one"
+        elif property_of(word) is not None and text.word(at - 1) in _UNNAMED and not text.noun_at(at + 1):
+            draft.test(Test("property", word))  # "everything edible"
         elif (chosen := _size_behind(text, at, draft)) is not None:
             at = chosen - 1
         elif number is not None and draft.count is None and draft.tests:

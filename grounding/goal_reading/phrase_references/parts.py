@@ -10,6 +10,7 @@ from grounding.goal_reading.phrase_references.properties import property_of
 
 _HAVING = frozenset("with having has have bearing share shares".split())
 _BEFORE = IDLE | frozenset("a an the its some two four any long little big sharp curved".split())
+_GRAINS = ("corn", "wheat", "oat", "bran")
 _PAINTED = frozenset("handle handles colour grip cap lid label coat".split())
 
 
@@ -17,6 +18,9 @@ def part_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     """Read a material or a part into a draft; return the place after it, or `None` where none stands."""
     if parser.word(at) == "made" and parser.word(at + 1) in ("of", "from", "out"):
         place = at + 2 + (parser.word(at + 2) == "of")
+        if parser.text.nouns.filling(parser.word(place)):
+            draft.test(Test("word", parser.word(place)))
+            return place + 1
         if property_of(parser.word(place)) is None:
             return None
         draft.test(Test("property", parser.word(place)))
@@ -36,6 +40,10 @@ def part_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     if colour and part in _PAINTED:
         draft.test(Test("colour", colour))
         return place + 1
+    place += part in _GRAINS and following == "flakes"
+    if parser.text.nouns.filling(parser.word(place)):  # "the carton with the milk"
+        draft.test(Test("word", parser.word(place)))
+        return place + 1 + 2 * (parser.words[place + 1 : place + 3] in (("in", "it"), ("in", "them"), ("inside", "it")))
     return _properties(parser, draft, place)
 
 

@@ -120,7 +120,8 @@ class PhraseObjects:
                 continue
             others = [i for i in self._nouns.everything() if i != before[0]]
             of_kind = [i for i in others if self._nouns.head(i) == self._nouns.head(before[0])]
-            for alike in (of_kind, self.selection.of_same_colour(before[0], others)):
+            of_colour = [] if phrase.plural else self.selection.of_same_colour(before[0], others)
+            for alike in (of_kind, of_colour):
                 found = self.selection.fitting(phrase, alike)
                 sized = any(each[0].kind == "size" for each in phrase.tests)
                 if sized and not phrase.plural and len(alike) > 1:

@@ -140,6 +140,8 @@ class PhraseParser:
     def _whatever(self, place: int, draft: Draft) -> int | None:
         """Read "whatever", "whichever cup" or "anything"; return the place before the clause."""
         word, at = self.word(place), place + 1
+        if self.word(at) == "else" and word in ("whatever", "anything", "everything"):
+            draft.other, at = True, at + 1  # "whatever else is made of tin"
         if word == "all":
             draft.every = draft.plural = True
             return at if self.word(at) in ("that", "which", "what") else None

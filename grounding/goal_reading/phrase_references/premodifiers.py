@@ -46,7 +46,10 @@ def _adjective(text: PhraseText, at: int, draft: Draft, later: bool) -> int | No
 
 
 def _denied(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
-    """Read what the objects are not: "non-white", "non-fruit items"."""
+    """Read what the objects are not: "non-white", "non-fruit items", "opaque"."""
+    if text.word(at) == "opaque" and text.noun_at(at + 1):
+        draft.test(Test("colour", "clear", negated=True))
+        return at + 1
     if text.word(at) not in ("non", "not"):
         return None
     word, following = text.word(at + 1), text.word(at + 2)

@@ -2,17 +2,7 @@
 
 import pytest
 
-from grounding.goal_benchmark.rows import goal_scenes
-from grounding.goal_reading.phrase_references.goal_phrases import GoalPhrases
 from grounding.goal_reading.phrase_references.phrase import PhraseGroup
-from grounding.goal_reading.scene_references import SceneReferences
-from grounding.references.object_names import vocabulary
-
-
-def meant(scene, text, *groups):
-    objects = goal_scenes()[scene]
-    names = vocabulary([each.name for each in objects])
-    return GoalPhrases(SceneReferences(objects, None, False, False), names, text).resolve(groups)
 
 
 def phrase(words, part=0, role="objects"):
@@ -32,7 +22,7 @@ def phrase(words, part=0, role="objects"):
         ("party", "I like the three red cups. Those three go left.", "those three", [0, 1, 2]),
     ],
 )  # fmt: skip
-def test_a_pronoun_means_what_was_named_last(scene, text, words, found):
+def test_a_pronoun_means_what_was_named_last(meant, scene, text, words, found):
     assert meant(scene, text, phrase(words)) == [found]
 
 
@@ -45,20 +35,20 @@ def test_a_pronoun_means_what_was_named_last(scene, text, words, found):
         ("grocery", "The lemon, the pear and the orange and the carton. Those three go left.", "those three"),
     ],
 )
-def test_a_pronoun_of_nothing_certain_is_not_read(scene, text, words):
+def test_a_pronoun_of_nothing_certain_is_not_read(meant, scene, text, words):
     assert isinstance(meant(scene, text, phrase(words))[0], Exception)
 
 
-def test_a_thing_is_not_placed_beside_itself():
+def test_a_thing_is_not_placed_beside_itself(meant):
     text = "put the red ball into the far left corner and the blue ball to the right of it"
     groups = phrase("the red ball"), phrase("the blue ball", 1), phrase("it", 1, "reference")
     assert meant("toys", text, *groups) == [[0], [1], [0]]
 
 
-def test_the_other_one_is_of_the_group_before_it():
+def test_the_other_one_is_of_the_group_before_it(meant):
     text = "The taller of the two bottles goes left, the other one right."
     assert meant("bathroom", text, phrase("The taller of the two bottles"), phrase("the other one", 1)) == [[1], [2]]
 
 
-def test_a_plate_is_not_for_certain_smaller_than_a_bowl():
+def test_a_plate_is_not_for_certain_smaller_than_a_bowl(meant):
     assert isinstance(meant("dinner", "", phrase("the bigger of the two round dishes"))[0], Exception)
