@@ -18,7 +18,7 @@ from grounding.goal_reading.phrase_references.uniqueness import uniqueness_after
 from grounding.goal_reading.phrase_references.universal_phrases import idle_place
 
 _STANDS = re.compile(
-    r"(?:(?:just|right|directly|immediately|standing|sitting|lying|to the|on the|placed|located) )*(?P<how>left of|"
+    r"(?:(?:that|which) (?:stands?|sits?|lies?|rests?) )?(?:(?:just|right|directly|immediately|standing|sitting|lying|to the|on the|placed|located) )*(?P<how>left of|"
     r"right of|behind|in front of|next to|beside|close to|near to|near|by|on top of|inside|between|in between|in|on|"
     r"flanking)(?= )"
 )
@@ -27,7 +27,7 @@ _RELATIONS = {
     "flanking": "next to", "on top of": "on", "inside": "in", "in between": "between",
 }  # fmt: skip
 _NEAREST = re.compile(
-    r"(?:standing |that is )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
+    r"(?:standing |that is |(?:that |which )?(?:stands?|sits?|lies?) )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
 )
 _PERSONS = frozenset("you i we one people they someone he she folks".split())
 _ABLE = frozenset("can could might may would normally usually will should must".split())

@@ -13,7 +13,7 @@ from grounding.goal_reading.phrase_references.phrase_text import PhraseReader
 from grounding.goal_reading.tokens import split
 
 _SAME = re.compile(
-    r"(?:of|in|with|having|has|have|is of|is in|are of|are in|is|are) (?:the |its |a )?"
+    r"(?:(?:that |which )?(?:of|in|with|having|has|have|is of|is in|are of|are in|is|are)) (?:the |its |a )?"
     r"(?:same|like|matching|that|equal|identical) colour(?P<as>(?: as| of| like)(?= ))?"
     r"|(?:that |which |whose colour )?(?:match|matches|matching)(?P<to>(?= ))"
 )

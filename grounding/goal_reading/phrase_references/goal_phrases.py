@@ -131,7 +131,7 @@ def _depends(phrase: Phrase) -> bool:
     if phrase.kind in ("rest", "pronoun", "twin") or phrase.other or phrase.demonstrative:
         return True
     tests = [test for each in phrase.tests for test in each]
-    if any(test.kind == "alike" and test.other is None for test in tests):
+    if any(test.kind == "contrast" or (test.kind == "alike" and test.other is None) for test in tests):
         return True
     inner = [*(test.other for test in tests), phrase.among, *phrase.without]
     return any(_depends(each) for each in inner if each is not None)

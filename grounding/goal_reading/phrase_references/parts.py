@@ -44,7 +44,10 @@ def part_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     if parser.text.nouns.filling(parser.word(place)):  # "the carton with the milk"
         draft.test(Test("word", parser.word(place)))
         return place + 1 + 2 * (parser.words[place + 1 : place + 3] in (("in", "it"), ("in", "them"), ("inside", "it")))
-    return _properties(parser, draft, place)
+    end = _properties(parser, draft, place)
+    if end is not None and colour:
+        draft.test(Test("colour", colour))  # "with the brown glass"
+    return end
 
 
 def _properties(parser: PhraseReader, draft: Draft, place: int) -> int | None:

@@ -72,6 +72,8 @@ class PhraseObjects:
             found = self._general(phrase)
         elif phrase.kind == "twin":
             found = self._twin(phrase)
+        elif any(test.kind == "contrast" for each in phrase.tests for test in each):
+            found = self._opposed(phrase)
         else:
             whole = phrase.without and phrase.count != 1  # the number is that of what is left
             found = self._best(replace(phrase, count=None, plural=True) if whole else phrase)
@@ -129,6 +131,22 @@ class PhraseObjects:
                 if found and (phrase.plural or len(found) == 1) and phrase.count in (None, len(found)):
                     return found
         raise NothingFits(f"it is not clear what {phrase.text!r} belongs to")
+
+    def _opposed(self, phrase: Phrase) -> list[int]:
+        """Find what differs from an earlier phrase as a clause says: "the apple that's not red, the apple that is"."""
+        negated = any(test.kind == "contrast" and test.negated for each in phrase.tests for test in each)
+        tests = tuple(each for each in phrase.tests if each[0].kind != "contrast")
+        for before in reversed(self._said.before()):
+            telling = [test for each in before.phrase.tests for test in each if test.kind not in ("place", "contrast")]
+            if not telling or before.phrase.rank is not None:
+                continue
+            if any(test.negated for test in telling) == negated:
+                break
+            noun = phrase.noun or before.phrase.noun
+            base = self._nouns.meanings(noun[-1])[0] if noun else self._nouns.everything()
+            left = [i for i in base if i not in (before.found or ())]
+            return self._counted(phrase, self.selection.fitting(replace(phrase, tests=tests), left))
+        raise NothingFits(f"it is not clear what {phrase.text!r} leaves out")
 
     def _best(self, phrase: Phrase) -> list[int]:
         """Find the objects in the first meaning of the noun in which as many fit as the phrase speaks of."""

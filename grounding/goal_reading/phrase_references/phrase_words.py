@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 _TOKEN = re.compile(r"['’]?[^\W\d_]+(?:['’][^\W\d_]+)*|\d+(?:[.,]\d+)?|[(),/&+]")
-_WITH = re.compile(r"\bw/(o\b)?", re.IGNORECASE)  # "w/", "w/o"
+_WITH = re.compile(r"\bw ?/(?: ?(o\b))?", re.IGNORECASE)  # "w/", "w/o"
 _VOWEL = re.compile(r"\s+[aeiouh]")
 _CONTRACTIONS = {
     "that's": "that is", "thats": "that is", "what's": "what is", "whats": "what is", "whatever's": "whatever is",
@@ -48,7 +48,7 @@ def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
         corrected: gives the right spelling of a word, or the word itself.
     """
     words: list[str] = []
-    text = _WITH.sub(lambda found: "without" if found.group(1) else "with", text.replace("’", "'"))
+    text = _WITH.sub(lambda found: "without " if found.group(1) else "with ", text.replace("’", "'"))
     for match in _TOKEN.finditer(text.lower()):
         word = match.group()
         if word.startswith("t'") and word not in _DIALECT and len(word) > 3:

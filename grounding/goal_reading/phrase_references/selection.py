@@ -27,7 +27,7 @@ _COMPOUNDS = frozenset(
     "mobile play".split()
 )
 _ORDER = tuple(
-    "colour hue lonely kind use occasion property alike measure size more stands between place nearest equal odd word".split()
+    "colour hue lonely kind use occasion property alike measure size more stands between place nearest equal odd contrast word".split()
 )
 
 
