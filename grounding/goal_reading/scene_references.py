@@ -137,7 +137,7 @@ class SceneReferences:
         self.notes += self.candidates.notes([mention])
         if self.catalogue:
             return found
-        if (among := phrase.among or (self.scope if phrase.borrowed else None)) is not None:
+        if (among := phrase.among or self._scope_of(phrase)) is not None:
             group = set(self._meant(among))
             found = [i for i in found if i in group]
         if phrase.other and self._named & set(found):
@@ -150,6 +150,13 @@ class SceneReferences:
             found = self.places.on_side(phrase, found)
             self.by_place = True
         return found
+
+    def _scope_of(self, phrase: NounPhrase) -> NounPhrase | None:
+        """Return the group of which a phrase without a noun speaks; the group itself, "of the two blue ones", is of none."""
+        scope = self.scope
+        if scope is None or not phrase.borrowed or (phrase.first, phrase.end) == (scope.first, scope.end):
+            return None
+        return scope
 
     def ambiguous(self, phrase: NounPhrase) -> bool:
         """Tell whether a phrase for one object fits several, as far as its noun and adjectives say."""
@@ -168,7 +175,8 @@ class SceneReferences:
         """
         assert self.candidates is not None and phrase.mention is not None
         several: tuple[Mention, list[int]] | None = None
-        before_it = [self.scope] if self.scope is not None else reversed(self._nouns)
+        scope = self._scope_of(phrase)
+        before_it = [scope] if scope is not None else reversed(self._nouns)
         for before in before_it if phrase.borrowed else ():
             if before.mention.noun == ANY:
                 continue

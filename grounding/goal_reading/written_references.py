@@ -31,6 +31,8 @@ from grounding.references.phrases import ANY, Vocabulary
 from grounding.spec import SpecError
 
 _LEFT_OUT = re.compile(r"\b(?:except|but|apart|aside|without|minus|other than|besides|save|excluding|bar|not|that)\b")
+# What the second resolver passes over: "the non-green mug", "the matching cups".
+_PASSED_OVER = re.compile(r"\b(?:non|odd|unique|identical|matching|paired|twin)\b", re.IGNORECASE)
 _OBJECT_KEYS = ("objects", "reference", "around")
 
 
@@ -87,7 +89,7 @@ class WrittenReferences:
             for key in _OBJECT_KEYS:
                 if isinstance(part.get(key), (list, tuple)):
                     role = "structure" if structure and key == "objects" else key
-                    groups.append(PhraseGroup(tuple(part[key]), role, structure and part.get("shape") is not None))
+                    groups.append(PhraseGroup(tuple(part[key]), role, structure and part.get("shape") is not None, number))
                     places.append((number, key))
         named = len(groups)
         groups += [PhraseGroup((text,), "kept") for text in self.kept]
@@ -188,6 +190,8 @@ class WrittenReferences:
     def _objects(self, phrases: Sequence[str]) -> list[Any] | None:
         found: list[Any] = []
         for text in phrases:
+            if _PASSED_OVER.search(text):
+                raise UnusableGoalError(f"has {text!r} for objects, which is not understood")
             for phrase in self._phrases(text):
                 if phrase.kind in ("all", "rest") and phrase.mention is not None and phrase.mention.noun != ANY:
                     raise UnusableGoalError(f"does not say which {text!r} are")

@@ -138,6 +138,7 @@ OTHER_WORDS: Mapping[str, tuple[str, ...]] = {
     "sledgehammer": ("hammer",), "gavel": ("hammer",), "clipper": ("scissors",), "snip": ("scissors",), "cutter": ("scissors", "knife"),
     "globe": ("ball",), "tankard": ("mug",), "stein": ("mug",), "canteen": ("bottle",), "scoop": ("spoon",), "felt": ("marker",),
     "adhesive": ("tape", "glue"), "beverage": ("can", "bottle"), "drink": ("can", "bottle", "cup"), "urn": ("jar", "vase"),
+    "toothpaste": ("tube",), "shovel": ("spade", "trowel"), "spade": ("shovel", "trowel"), "roll": ("tape",), "stirrer": ("spoon",),
     "tinny": ("can",), "carton": ("box",), "racecar": ("car",),
 }
 _DISHES = ("plate", "bowl", "saucer", "platter", "dish")
@@ -186,6 +187,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "stationery": OFFICE,
     "electronics": ELECTRONICS,
     "gadget": ELECTRONICS,
+    "device": ELECTRONICS,
+    "toiletry": ("toothbrush", "soap", "tube", "bottle", "cup", "glass", "comb", "towel", "sponge"),
     "container": ("box", "can", "jar", "bottle", "basket", "bucket", "bowl", "tray"),
     "ball": ("ball", "baseball", "softball", "football", "basketball", "racquetball", "volleyball"),
     "box": ("box", "matchbox", "lunchbox", "shoebox", "toolbox"),

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from grounding.goal_reading.phrase_references.comparisons import comparison_after, likeness_after
 from grounding.goal_reading.phrase_references.draft import Draft
 from grounding.goal_reading.phrase_references.exceptions import exception_after
 from grounding.goal_reading.phrase_references.parts import part_after
-from grounding.goal_reading.phrase_references.phrase import Test
+from grounding.goal_reading.phrase_references.phrase import Phrase, Test
 from grounding.goal_reading.phrase_references.phrase_text import PhraseReader
 from grounding.goal_reading.phrase_references.place_words import sides_at
 from grounding.goal_reading.phrase_references.predicates import predicate_after
 from grounding.goal_reading.phrase_references.properties import use_of
+from grounding.goal_reading.phrase_references.uniqueness import uniqueness_after
 from grounding.goal_reading.phrase_references.universal_phrases import idle_place
 
 _STANDS = re.compile(
-    r"(?:(?:just|right|directly|immediately|standing|sitting|lying|to the|on the|placed|located) )*(?P<how>left of|"
+    r"(?:(?:that|which) (?:stands?|sits?|lies?|rests?) )?(?:(?:just|right|directly|immediately|standing|sitting|lying|to the|on the|placed|located) )*(?P<how>left of|"
     r"right of|behind|in front of|next to|beside|close to|near to|near|by|on top of|inside|between|in between|in|on|"
     r"flanking)(?= )"
 )
@@ -25,7 +27,7 @@ _RELATIONS = {
     "flanking": "next to", "on top of": "on", "inside": "in", "in between": "between",
 }  # fmt: skip
 _NEAREST = re.compile(
-    r"(?:standing |that is )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
+    r"(?:standing |that is |(?:that |which )?(?:stands?|sits?|lies?) )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
 )
 _PERSONS = frozenset("you i we one people they someone he she folks".split())
 _ABLE = frozenset("can could might may would normally usually will should must".split())
@@ -50,7 +52,7 @@ def clauses_after(parser: PhraseReader, draft: Draft, at: int, excepting: bool) 
     readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, _beside, _stands]
     readers = [exception_after, *readers] if excepting else readers
     while at < len(parser.words):
-        end = idle_place(parser.words, at)
+        end = uniqueness_after(parser, draft, at) or idle_place(parser.words, at)
         if end == at:
             end = next((after for read in readers if (after := read(parser, draft, at)) is not None), at)
         if end <= at and parser.word(at) in _IDLE:
@@ -80,8 +82,15 @@ def _of(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     if group is None:
         return None
     if group[0].kind not in ("pronoun", "all"):
-        draft.among = group[0]
+        draft.among = _of_noun(group[0], draft)
     return group[1]
+
+
+def _of_noun(group: Phrase, draft: Draft) -> Phrase:
+    """Give "of the three" the noun of its phrase: "the biggest cube of the three"."""
+    if not (draft.noun and group.bare and group.count) or group.tests or group.rank is not None or group.other:
+        return group
+    return replace(group, noun=draft.noun, bare=False, borrowed=False, plural=True)
 
 
 def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:

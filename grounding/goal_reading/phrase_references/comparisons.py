@@ -13,10 +13,11 @@ from grounding.goal_reading.phrase_references.phrase_text import PhraseReader
 from grounding.goal_reading.tokens import split
 
 _SAME = re.compile(
-    r"(?:of|in|with|having|has|have|is of|is in|are of|are in|is|are) (?:the |its |a )?"
+    r"(?:(?:that |which )?(?:of|in|with|having|has|have|is of|is in|are of|are in|is|are)) (?:the |its |a )?"
     r"(?:same|like|matching|that|equal|identical) colour(?P<as>(?: as| of| like)(?= ))?"
     r"|(?:that |which |whose colour )?(?:match|matches|matching)(?P<to>(?= ))"
 )
+_OTHERS = ("the others", "the other ones", "all others", "all the others", "its neighbours")
 _HUE = re.compile(
     r"(?:that (?:is|are) )?(?:in |with |of |is |are )?(?:coloured like|the colours? of|colours? of|"
     r"(?:the )?same colours? as|as \w+ as|like)(?: the| a| an)? (?P<what>stop sign|fire engine|\w+)"
@@ -69,7 +70,7 @@ def comparison_at(parser: PhraseReader, at: int) -> tuple[Test | Rank, int] | No
     other = parser.at(place) if size is not None else None
     if other is None:
         return None
-    if other[0].kind in ("rest", "all", "twin"):
+    if other[0].kind in ("rest", "all", "twin") or other[0].text in _OTHERS:
         return Rank(adjective), other[1]  # "larger than its siblings"
     return Test("more", adjective, other=other[0]), other[1]
 

@@ -54,7 +54,11 @@ class Draft:
         if self.place is not None and rank is None:
             rank = Rank(self.sides[0] if self.sides else "", self.place)
         elif self.sides:
-            tests.append((Test("place", sides=tuple(dict.fromkeys(self.sides))),))
+            # "the nearest object on the right": both sides together, as one alone would leave a single object
+            places = [each for each in tests if len(each) == 1 and each[0].kind == "place" and not each[0].negated]
+            tests = [each for each in tests if each not in places]
+            sides = (*self.sides, *(side for each in places for side in each[0].sides))
+            tests.append((Test("place", sides=tuple(dict.fromkeys(sides))),))
         return Phrase(
             text, self.kind, self.noun, self.borrowed, self.bare, self.plural, self.count, self.every, self.definite,
             self.demonstrative, tuple(tests), rank, self.among, tuple(self.without), self.other, self.open,

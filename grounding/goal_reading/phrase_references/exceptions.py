@@ -26,7 +26,8 @@ def exception_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
         return place + 1
     without: list[Phrase] = []
     while (other := parser.at(place, excepting=False)) is not None:
-        without.append(other[0])
+        any_one = found.group().rstrip().endswith("not") and not other[0].definite  # "anything not a cube"
+        without.append(replace(other[0], plural=True, every=True, definite=True, count=None) if any_one else other[0])
         place = other[1]
         joint = place + 1 + (parser.word(place + 1) == "not")
         if parser.word(place) not in ("and", ",", "or", "nor") or parser.at(joint) is None:

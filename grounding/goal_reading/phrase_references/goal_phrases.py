@@ -60,7 +60,8 @@ class GoalPhrases:
         for number, phrases in enumerate(read):
             for phrase in phrases or ():
                 place = self._objects.contexts.place_of(phrase, place)
-                self._said.all.append(SaidPhrase(phrase, number, place, groups[number].role == "kept"))
+                role, part = groups[number].role, groups[number].part
+                self._said.all.append(SaidPhrase(phrase, number, place, role == "kept", part=part, role=role))
         problems = {n: NothingFits("a word is not understood") for n, each in enumerate(read) if each is None}
         problems |= self._find_all(groups, problems)
         found = [problems.get(n) or self._united(n, groups[n]) for n in range(len(groups))]
@@ -130,7 +131,7 @@ def _depends(phrase: Phrase) -> bool:
     if phrase.kind in ("rest", "pronoun", "twin") or phrase.other or phrase.demonstrative:
         return True
     tests = [test for each in phrase.tests for test in each]
-    if any(test.kind == "alike" and test.other is None for test in tests):
+    if any(test.kind == "contrast" or (test.kind == "alike" and test.other is None) for test in tests):
         return True
     inner = [*(test.other for test in tests), phrase.among, *phrase.without]
     return any(_depends(each) for each in inner if each is not None)

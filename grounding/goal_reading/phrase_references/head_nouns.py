@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from grounding.goal_reading.measures import COUNTS
-from grounding.goal_reading.phrase_references.adjectives import colours_of
+from grounding.goal_reading.phrase_references.adjectives import colours_of, size_of
 from grounding.goal_reading.phrase_references.draft import Draft
-from grounding.goal_reading.phrase_references.phrase import Test
+from grounding.goal_reading.phrase_references.phrase import Phrase, Rank, Test
 from grounding.goal_reading.phrase_references.phrase_text import PhraseText
 from grounding.goal_reading.phrase_references.place_words import SIDES
 from grounding.goal_reading.phrase_references.premodifiers import USED
+from grounding.goal_reading.phrase_references.properties import property_of
 from grounding.goal_reading.phrase_references.scene_nouns import GENERAL
 from grounding.references.lexicon import GROUPS
 from grounding.references.word_forms import singular
 
 _TWINS = frozenset(
-    "twin brother sister mate partner match counterpart neighbour neighbours sibling siblings friend companion double "
-    "pendant".split()
+    "twin twins brother brothers sister sisters mate mates partner partners match counterpart neighbour neighbours "
+    "sibling siblings friend friends cousin cousins companion companions double pendant".split()
 )
+_UNNAMED = GENERAL | frozenset("everything anything something".split())
 _MASSES = frozenset("stuff lot kit gear shopping collection assortment set".split())
 _GROUPS = frozenset("pair half team trio".split())
 _IDLE = frozenset("( ) only alone coloured together colour please".split())
-_COMPARED = frozenset("closest nearest furthest nearer closer further".split())
+# "right in front of me": before these words it is no side.
+_JUST = frozenset("in on at by behind beside next before".split())
+COMPARED = frozenset("closest nearest furthest nearer closer further".split())
 
 
 def head_at(text: PhraseText, at: int, draft: Draft) -> int | None:
@@ -64,6 +68,10 @@ def _colours(text: PhraseText, at: int) -> bool:
 def _noun(text: PhraseText, at: int, draft: Draft) -> int | None:
     word, following = text.word(at), text.word(at + 1)
     compound = f"{word} {singular(following)}"
+    if word in ("non", "not") and text.nouns.is_noun(following):  # "the non-bottles"
+        draft.test(Test("kind", other=Phrase(following, noun=(following,), plural=True, every=True), negated=True))
+        draft.plural = True
+        return at + 2
     if draft.used and word in USED:
         draft.plural = draft.plural or word.endswith("s")
     elif compound in GROUPS:
@@ -71,9 +79,11 @@ def _noun(text: PhraseText, at: int, draft: Draft) -> int | None:
         return at + 2
     elif word in GENERAL:
         draft.plural = draft.plural or word.endswith("s") or word in _MASSES
-    elif word in _GROUPS and (draft.tests or word == "team"):
+    elif word in _GROUPS and (draft.tests or word == "team" or (word in ("pair", "trio") and at > 0)):
         draft.borrowed = draft.plural = True
-        draft.count = 2 if word == "pair" else draft.count
+        draft.count = {"pair": 2, "trio": 3}.get(word, draft.count)
+        if word == "pair" and draft.tests:
+            draft.test(Test("equal", "pair"))  # "the white pair" may be two of several kinds
     elif text.nouns.is_noun(word):
         draft.noun = (word,)
         draft.plural = draft.plural or text.nouns.plural(word)
@@ -91,15 +101,38 @@ def behind_noun(text: PhraseText, at: int, draft: Draft) -> int:
         word = text.word(at)
         number = COUNTS.get(word) if word not in ("a", "one") else None
         colours = text.colours_at(at)
-        sided = word in SIDES and word not in _COMPARED and text.word(at + 1) not in ("to", "of", "from")
+        sided = word in SIDES and word not in COMPARED and text.word(at + 1) not in ("to", "of", "from")
+        sided = sided and not (word == "right" and text.word(at + 1) in _JUST)
         if colours is not None and not (draft.bare and text.word(at - 1) == "and"):
             draft.test(*colours[0])
             at = colours[1] - 1
         elif sided and not text.in_clause(at):
             draft.sides.append(SIDES[word])
+            at += text.word(at + 1) in ("side", "hand")
+            at += text.word(at) == "side" and text.word(at + 1) == "one"  # "white jar right side one"
+        elif property_of(word) is not None and text.word(at - 1) in _UNNAMED and not text.noun_at(at + 1):
+            draft.test(Test("property", word))  # "everything edible"
+        elif (chosen := _size_behind(text, at, draft)) is not None:
+            at = chosen - 1
         elif number is not None and draft.count is None and draft.tests:
             draft.count = number
+        elif word == "out" and text.word(at - 2) == "odd":
+            pass  # "the odd one out"
         elif word not in _IDLE and not (word in ("cups", "cup", "ones") and text.word(at - 1) == "team"):
             return at
         at += 1
     return at
+
+
+def _size_behind(text: PhraseText, at: int, draft: Draft) -> int | None:
+    """Read a superlative behind the noun, "the thing highest", or a comparative at the end, "cylinder, the taller"."""
+    at += text.word(at) == "the"
+    size = size_of(text.word(at))
+    last = text.word(at + 1) in ("", "and", "one")
+    if size is None or not size[1] or not last or draft.rank is not None:
+        return None
+    if size[1] == "most":
+        draft.rank = Rank(size[0])
+    else:
+        draft.test(Test("size", size[0], value=1.0))
+    return at + 1 + (text.word(at + 1) == "one")

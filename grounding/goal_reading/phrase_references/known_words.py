@@ -27,6 +27,7 @@ _FURTHER = frozenset(
     "hands handed light lights white whites black blacks brown browns green greens blues yellows reds oranges pinks "
     "pair "
     "trees grows trays metal metals wooden woods china shape shaped shapes solid solids thing things piece "
-    "pieces".split()
+    "pieces distant nearer closer most more medium middle-sized unique odd stabs pours spout spouts pouring "
+    "grew device toiletries angular opaque cousin cousins friends fish stirrer".split()
 )
 KNOWN_WORDS = _FURTHER | GENERAL | IDLE | frozenset((*COLOURS, *COLOUR_OF, *SIDES, *PROPERTIES, *SAME_PROPERTY))

@@ -11,7 +11,8 @@ class Test:
 
     Attributes:
         kind: "colour", "size", "property", "use", "place", "stands", "nearest", "more", "measure", "alike", "noun",
-            "lonely" (nothing has its colour) or "word" (an adjective that nothing here knows).
+            "lonely" (nothing is like it), "odd", "equal" (there are others like it), "hue", "contrast" (what an earlier
+            phrase says, or does not) or "word" (an adjective that nothing here knows).
         word: the colour, the adjective, the relation and so on.
         sides: for "place": where the objects stand, of "left", "right", "near", "far" and "middle".
         value: for "measure": metres.
@@ -91,8 +92,10 @@ class PhraseGroup:
         role: "structure", which is made of the objects; "objects" of a relation; its "reference"; "around", what stands
             within a structure; or "kept".
         shaped: whether a structure has a shape, which one object cannot have.
+        part: the number of the part of the goal; -1 where it is not known.
     """
 
     texts: tuple[str, ...]
     role: str = "objects"
     shaped: bool = False
+    part: int = -1

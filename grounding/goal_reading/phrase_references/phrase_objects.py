@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from grounding.goal_reading.phrase_references.adjectives import TEMPERATURES
 from grounding.goal_reading.phrase_references.choice_errors import Doubt, NothingFits
 from grounding.goal_reading.phrase_references.noun_contexts import NounContexts
 from grounding.goal_reading.phrase_references.phrase import Phrase, PhraseGroup
 from grounding.goal_reading.phrase_references.said_phrases import SaidPhrase, SaidPhrases
 from grounding.goal_reading.phrase_references.scene_nouns import SceneNouns
 from grounding.goal_reading.phrase_references.selection import Selection
+from grounding.goal_reading.phrase_references.told_objects import ToldObjects
 
-_TELLING = ("colour", "property", "use", "kind", "lonely", "alike")
+_TELLING = ("colour", "hue", "property", "use", "kind", "lonely", "alike")
 
 
 class PhraseObjects:
@@ -36,6 +38,7 @@ class PhraseObjects:
         self._nouns, self._said = nouns, said
         self.selection = selection(self._inner, said.last_one)
         self.contexts = NounContexts(words, nouns, self.selection)
+        self._told = ToldObjects(words, nouns, said, self._objects)
 
     def find(self, said: SaidPhrase, group: PhraseGroup) -> list[int]:
         """Find the objects of a phrase of a group.
@@ -46,6 +49,8 @@ class PhraseObjects:
         """
         self._said.current = said
         phrase = said.phrase
+        if _of_temperature(phrase) and not self.contexts.says_colour():
+            raise NothingFits(f"{phrase.text!r} may speak of how warm something is")
         own = self._said.of_group(said.group)
         same = [each for each in own if each.phrase == phrase]
         if len(same) > 1 and not phrase.plural:  # "ball, ball, block"
@@ -67,6 +72,8 @@ class PhraseObjects:
             found = self._general(phrase)
         elif phrase.kind == "twin":
             found = self._twin(phrase)
+        elif any(test.kind == "contrast" for each in phrase.tests for test in each):
+            found = self._opposed(phrase)
         else:
             whole = phrase.without and phrase.count != 1  # the number is that of what is left
             found = self._best(replace(phrase, count=None, plural=True) if whole else phrase)
@@ -97,12 +104,14 @@ class PhraseObjects:
             return [i for i in everything if i not in self._said.named()]
         if phrase.kind == "all":
             found = self.selection.fitting(phrase, everything)
+            if phrase.count not in (None, len(found)) and not phrase.tests and (told := self._told.several(phrase.count)):
+                return told  # "the three of them"
             return self._counted(phrase, found) if phrase.count is not None else found
         if phrase.plural:
             place = self._said.current.place if self._said.current is not None else 0
             if self._said.alone() and not self.contexts.told_before(place):
                 return list(everything)
-        elif one := self._said.last_one():
+        elif one := self._told.one():
             return one
         raise NothingFits(f"it is not said what {phrase.text!r} stands for")
 
@@ -113,14 +122,37 @@ class PhraseObjects:
                 continue
             others = [i for i in self._nouns.everything() if i != before[0]]
             of_kind = [i for i in others if self._nouns.head(i) == self._nouns.head(before[0])]
-            for alike in (of_kind, self.selection.of_same_colour(before[0], others)):
+            of_colour = [] if phrase.plural else self.selection.of_same_colour(before[0], others)
+            for alike in (of_kind, of_colour):
                 found = self.selection.fitting(phrase, alike)
+                sized = any(each[0].kind == "size" for each in phrase.tests)
+                if sized and not phrase.plural and len(alike) > 1:
+                    break  # "its little sister" is the smaller of two, and not the smallest of all
                 if found and (phrase.plural or len(found) == 1) and phrase.count in (None, len(found)):
                     return found
         raise NothingFits(f"it is not clear what {phrase.text!r} belongs to")
 
+    def _opposed(self, phrase: Phrase) -> list[int]:
+        """Find what differs from an earlier phrase as a clause says: "the apple that's not red, the apple that is"."""
+        negated = any(test.kind == "contrast" and test.negated for each in phrase.tests for test in each)
+        tests = tuple(each for each in phrase.tests if each[0].kind != "contrast")
+        for before in reversed(self._said.before()):
+            telling = [test for each in before.phrase.tests for test in each if test.kind not in ("place", "contrast")]
+            if not telling or before.phrase.rank is not None:
+                continue
+            if any(test.negated for test in telling) == negated:
+                break
+            noun = phrase.noun or before.phrase.noun
+            base = self._nouns.meanings(noun[-1])[0] if noun else self._nouns.everything()
+            left = [i for i in base if i not in (before.found or ())]
+            return self._counted(phrase, self.selection.fitting(replace(phrase, tests=tests), left))
+        raise NothingFits(f"it is not clear what {phrase.text!r} leaves out")
+
     def _best(self, phrase: Phrase) -> list[int]:
         """Find the objects in the first meaning of the noun in which as many fit as the phrase speaks of."""
+        if phrase.demonstrative and phrase.borrowed and phrase.count != 1 and phrase.count and not phrase.tests:
+            if told := self._told.several(phrase.count):
+                return told  # "those three", "that pair"
         problem: NothingFits | None = None
         few: list[int] = []
         for base in self._bases(phrase):
@@ -160,12 +192,32 @@ class PhraseObjects:
                 if len(found) == 1 or (phrase.plural and len(kinds) == 1):
                     yield everything
             yield from self._common_kind(phrase)
+            yield from self._contrasted(phrase)
             for each in reversed(self._said.before()) if phrase.other else ():
+                if each.phrase.among is not None:
+                    yield self._inner(each.phrase.among)  # "the bigger of the two, the other one"
                 yield from (self._nouns.of_kinds((self._nouns.head(one),)) for one in (each.found or ())[:1])
             if not (phrase.other and phrase.plural):
                 place = self._said.current.place if self._said.current is not None else 0
                 yield from self.contexts.around(phrase, place)
         yield everything
+
+    def _contrasted(self, phrase: Phrase) -> Iterator[Sequence[int]]:
+        """Find what is of the kind of the phrase that stood in the same role with another place on the table.
+
+        "The white cup on the right goes on the green saucer, the one on the left goes on the white saucer."
+        """
+        current = self._said.current
+        placed = phrase.tests and all(each[0].kind == "place" for each in phrase.tests)
+        if current is None or not placed or phrase.bare or current.phrase is not phrase and current.phrase != phrase:
+            return
+        for each in reversed(self._said.before()):
+            other = each.phrase
+            if each.role == current.role and other.noun and any(test[0].kind == "place" for test in other.tests):
+                tests = tuple(test for test in other.tests if test[0].kind != "place")
+                whole = replace(other, tests=tests, rank=None, count=None, plural=True, among=None)
+                yield self.selection.fitting(whole, self._nouns.meanings(other.noun[-1])[0])
+                return
 
     def _common_kind(self, phrase: Phrase) -> Iterator[Sequence[int]]:
         """Find the one kind of which there is something of each bare colour of the group: "white, red, blue"."""
@@ -196,15 +248,21 @@ class PhraseObjects:
                 return again  # "put the red mug on the plate, then turn to the mug"
             if phrase.demonstrative and alone:
                 return list(alone[-1])
+            if phrase.demonstrative and (told := self._told.one(found)):
+                return told
         if phrase.definite:
             raise Doubt(found)
         fresh = [i for i in found if i not in self._said.named()]
         return (fresh if len(fresh) >= wanted else found)[:wanted]
 
 
+def _of_temperature(phrase: Phrase) -> bool:
+    return any(test.kind == "hue" and test.word in TEMPERATURES for each in phrase.tests for test in each)
+
+
 def _of_several(phrase: Phrase, group: PhraseGroup, alone: bool) -> Phrase:
     """Return the phrase with the number that its place in the goal asks for: a tower is not made of one can."""
-    placed = phrase.rank is not None or any(each[0].kind == "place" for each in phrase.tests)
+    placed = phrase.rank is not None or any(each[0].kind in ("place", "nearest") for each in phrase.tests)
     if phrase.open:
         one = group.role in ("reference", "around") or (group.role != "structure" and placed)
         return phrase if one else replace(phrase, plural=True)

@@ -8,9 +8,10 @@ from grounding.goal_reading.measures import COUNTS
 from grounding.goal_reading.phrase_references.clauses import clauses_after
 from grounding.goal_reading.phrase_references.determiners import determiners_at
 from grounding.goal_reading.phrase_references.draft import Draft
-from grounding.goal_reading.phrase_references.head_nouns import behind_noun, head_at
+from grounding.goal_reading.phrase_references.head_nouns import COMPARED, behind_noun, head_at
 from grounding.goal_reading.phrase_references.phrase import Phrase
 from grounding.goal_reading.phrase_references.phrase_text import PhraseText
+from grounding.goal_reading.phrase_references.place_words import sides_at
 from grounding.goal_reading.phrase_references.premodifiers import adjectives_at
 from grounding.goal_reading.phrase_references.scene_nouns import SceneNouns
 from grounding.goal_reading.phrase_references.universal_phrases import universal_at
@@ -93,7 +94,8 @@ class PhraseParser:
         if end is None:
             pointing = (draft.demonstrative or draft.every) and at < len(self.words)
             counted = draft.count is not None and (draft.definite or draft.every)
-            if not (draft.chooses or pointing or counted):
+            leading = draft.definite and at > place and self.word(at) in COMPARED and sides_at(self.words, at) is not None
+            if not (draft.chooses or pointing or counted or leading):
                 return None
             draft.borrowed = draft.bare = True
             draft.plural = True if draft.every and draft.count is None else draft.plural
@@ -138,6 +140,8 @@ class PhraseParser:
     def _whatever(self, place: int, draft: Draft) -> int | None:
         """Read "whatever", "whichever cup" or "anything"; return the place before the clause."""
         word, at = self.word(place), place + 1
+        if self.word(at) == "else" and word in ("whatever", "anything", "everything"):
+            draft.other, at = True, at + 1  # "whatever else is made of tin"
         if word == "all":
             draft.every = draft.plural = True
             return at if self.word(at) in ("that", "which", "what") else None

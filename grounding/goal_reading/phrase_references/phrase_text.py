@@ -10,7 +10,7 @@ from grounding.goal_reading.phrase_references.phrase import Phrase, Test
 from grounding.goal_reading.phrase_references.scene_nouns import GENERAL, SceneNouns
 
 # Words that no adjective stands before.
-JOINTS = frozenset("and or , of with in on at to that which for is are the not but ( ) than from".split())
+JOINTS = frozenset("and or , of with in on at to that which for is are the not non but ( ) than from".split())
 _TARGETS = frozenset("to from me us away him her".split())
 
 
@@ -36,7 +36,7 @@ class PhraseText:
         return bool(word) and (self.nouns.is_noun(word) or word in GENERAL or word in ("one", "ones"))
 
     def colours_at(self, place: int) -> tuple[tuple[Test, ...], int] | None:
-        """Read colours, "red and blue"; "an orange" is the fruit where there is one.
+        """Read colours, "red and blue"; "an orange" and "the lemon" are fruit where there is one.
 
         Returns:
             A test for each colour, and the place after them; `None` where none stands.
@@ -45,7 +45,7 @@ class PhraseText:
         end = place
         while True:
             word = self.word(end)
-            fruit = word == "orange" and bool(self.nouns.of_kinds(("orange",))) and not self.noun_at(end + 1)
+            fruit = bool(self.nouns.of_kinds((word,))) and not self.noun_at(end + 1)
             if colours_of(word) is None or fruit:
                 break
             found.append(Test("colour", word))

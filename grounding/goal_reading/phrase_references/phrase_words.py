@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 
 _TOKEN = re.compile(r"['’]?[^\W\d_]+(?:['’][^\W\d_]+)*|\d+(?:[.,]\d+)?|[(),/&+]")
+_WITH = re.compile(r"\bw ?/(?: ?(o\b))?", re.IGNORECASE)  # "w/", "w/o"
 _VOWEL = re.compile(r"\s+[aeiouh]")
 _CONTRACTIONS = {
     "that's": "that is", "thats": "that is", "what's": "what is", "whats": "what is", "whatever's": "whatever is",
@@ -27,7 +28,16 @@ _DIALECT = {
     "color": "colour", "colors": "colours", "towards": "toward", "shorty": "short one", "upon": "on", "atop": "on",
     "furtherest": "furthest", "farthest": "furthest", "farther": "further", "ither": "other", "t'other": "the other",
 }  # fmt: skip
-_TOGETHER = (("left hand", "left"), ("right hand", "right"), ("screw driver", "screwdriver"), ("see through", "clear"))
+_TOGETHER = (
+    ("left hand", "left"), ("right hand", "right"), ("screw driver", "screwdriver"), ("see through", "clear"),
+    ("most near", "nearest"), ("most close", "closest"), ("most far", "furthest"), ("most distant", "furthest"),
+    ("most left", "leftmost"), ("most right", "rightmost"), ("more near", "nearer"), ("more close", "closer"),
+    ("more far", "further"), ("more distant", "further"), ("further off", "further away"),
+    ("furthest off", "furthest away"), ("what is the", "that is the"),
+)  # fmt: skip
+
+
+_BEFORE_ME = frozenset("to of from by near nearer nearest closer closest than".split())  # "me" for "my" elsewhere
 
 
 def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
@@ -38,13 +48,14 @@ def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
         corrected: gives the right spelling of a word, or the word itself.
     """
     words: list[str] = []
-    for match in _TOKEN.finditer(text.lower().replace("’", "'")):
+    text = _WITH.sub(lambda found: "without " if found.group(1) else "with ", text.replace("’", "'"))
+    for match in _TOKEN.finditer(text.lower()):
         word = match.group()
         if word.startswith("t'") and word not in _DIALECT and len(word) > 3:
             words += ["the", corrected(word[2:])]  # "t'drivers"
             continue
         word = word.lstrip("'")
-        if word == "me" and words and words[-1] in ("to", "of", "from", "by", "near", "nearest", "closest", "than"):
+        if word == "me" and words and words[-1] in _BEFORE_ME:
             words.append("me")
             continue
         if word == "an" and _VOWEL.match(text.lower(), match.end()):

@@ -40,6 +40,9 @@ _PERSON = re.compile(
 _AWAY = re.compile(
     r"(?:the )?(?:(?P<far>furthest|further|far|farthest)|closest|nearest|closer|nearer)(?: away| back| off| forward)?$"
 )
+_PAIR = re.compile(
+    r"(near|far|front|back|left|right) (?:on|at|in|to) (?:the |my |your )?(left|right|front|back)\b(?! of\b)"
+)
 _OF_CENTRE = re.compile(r"(?:to the )?(left|right) of (?:the )?middle\b")
 _EXTREME = re.compile(r"(?:the )?(leftmost|rightmost|rearmost|frontmost|foremost|backmost|hindmost|outermost)\b")
 
@@ -53,6 +56,8 @@ def sides_at(words: Sequence[str], at: int) -> tuple[tuple[str, ...], int] | Non
     rest = " ".join(words[at:])
     if found := _OF_CENTRE.match(rest):
         return (found.group(1),), at + len(found.group().split())
+    if found := _PAIR.match(rest):
+        return (SIDES[found.group(1)], SIDES[found.group(2)]), at + len(found.group().split())
     if found := _EXTREME.match(rest):
         return (SIDES[found.group(1)],), at + len(found.group().split())
     if (found := _PERSON.match(rest)) is not None:

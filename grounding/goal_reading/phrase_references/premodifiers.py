@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from grounding.goal_reading.measures import COUNTS
 from grounding.goal_reading.noun_parts import ORDINALS
-from grounding.goal_reading.phrase_references.adjectives import IDLE, colours_of, size_of
+from grounding.goal_reading.phrase_references.adjectives import HUES, IDLE, MIDDLE, MIDDLING, colours_of, size_of
 from grounding.goal_reading.phrase_references.determiners import PIECES
 from grounding.goal_reading.phrase_references.draft import Draft
-from grounding.goal_reading.phrase_references.phrase import Rank, Test
+from grounding.goal_reading.phrase_references.phrase import Phrase, Rank, Test
 from grounding.goal_reading.phrase_references.phrase_text import JOINTS, PhraseText
 from grounding.goal_reading.phrase_references.place_words import SIDES
 from grounding.goal_reading.phrase_references.properties import property_of, use_of
@@ -38,8 +39,57 @@ def _adjective(text: PhraseText, at: int, draft: Draft, later: bool) -> int | No
     word = text.word(at)
     if not word or f"{word} {singular(text.word(at + 1))}" in GROUPS:  # "hand tools"
         return None
-    readers: tuple[Callable[[PhraseText, int, Draft, bool], int | None], ...] = (_order, _place, _quality, _described)
+    readers: tuple[Callable[[PhraseText, int, Draft, bool], int | None], ...] = (
+        _denied, _sorted, _order, _place, _quality, _described,
+    )  # fmt: skip
     return next((end for read in readers if (end := read(text, at, draft, later)) is not None), None)
+
+
+def _denied(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
+    """Read what the objects are not: "non-white", "non-fruit items", "opaque"."""
+    if text.word(at) == "opaque" and text.noun_at(at + 1):
+        draft.test(Test("colour", "clear", negated=True))
+        return at + 1
+    if text.word(at) not in ("non", "not"):
+        return None
+    word, following = text.word(at + 1), text.word(at + 2)
+    if (colours := text.colours_at(at + 1)) is not None:
+        for colour in colours[0]:
+            draft.test(replace(colour, negated=True))
+        end = colours[1]
+        return end + (text.word(end) in (",", "and") and text.word(end + 1) == "non")  # "non-red, non-blue"
+    if property_of(word) is not None:
+        draft.test(Test("property", word, negated=True))
+        return at + 2
+    if text.nouns.is_noun(word) and (following in GENERAL or following in ("one", "ones")):
+        draft.test(Test("kind", other=Phrase(word, noun=(word,), plural=True, every=True), negated=True))
+        return at + 2
+    return None
+
+
+def _sorted(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
+    """Read "odd", "identical", "paired", "coloured" or "warm"."""
+    word = text.word(at)
+    if word == "odd":
+        draft.test(Test("odd"))
+    elif word in ("identical", "matching") and (text.noun_at(at + 1) or text.word(at + 1) == "pair"):
+        draft.test(Test("equal"))
+    elif word in ("paired", "twinned") and text.noun_at(at + 1):
+        draft.test(Test("lonely", negated=True))
+    elif word == "unique" and text.noun_at(at + 1):
+        draft.test(Test("lonely"))
+    elif word in HUES and not draft.tests and (text.noun_at(at + 1) or text.colours_at(at + 1) or _hued(text, at + 1)):
+        draft.test(Test("hue", word))
+        draft.plural = draft.plural or _hued(text, at + 1)
+        return at + 1 + _hued(text, at + 1)
+    else:
+        return None
+    return at + 1
+
+
+def _hued(text: PhraseText, at: int) -> bool:
+    """Return whether "the warm colours" ends here."""
+    return text.word(at) in ("colours", "hues", "shades", "tones") and not text.noun_at(at + 1)
 
 
 def _order(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
@@ -87,19 +137,32 @@ def _quality(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None
         return colours[1]
     if word in ("coloured", "colour") and draft.tests:
         return at + 1
-    size = size_of(word)
-    if size is not None and property_of(word) is None:
-        if size[1] == "most":
-            draft.rank, draft.place = Rank(size[0], draft.place or 1), None
-        else:
-            draft.test(Test("size", size[0], value=1.0 if size[1] else 0.0))
-        return at + 1
+    if (end := _size(text, at, draft)) is not None:
+        return end
     if word in ("and", ",") and later and (property_of(following) or size_of(following)):
         return at + 1
     if property_of(word) is not None and _followed(text, at):
         draft.test(Test("property", word))
         return at + 1
     return None
+
+
+def _size(text: PhraseText, at: int, draft: Draft) -> int | None:
+    """Read "large", "largest", "more large" or "medium"."""
+    word = text.word(at)
+    more = word in ("more", "most") and size_of(text.word(at + 1)) is not None
+    size = size_of(text.word(at + more))
+    if size is None or property_of(text.word(at + more)) is not None:
+        if word not in MIDDLING:
+            return None
+        draft.test(Test("size", MIDDLE))
+        return at + 1 + (text.word(at + 1) in ("size", "sized"))
+    degree = word if more else size[1]
+    if degree == "most":
+        draft.rank, draft.place = Rank(size[0], draft.place or 1), None
+    else:
+        draft.test(Test("size", size[0], value=1.0 if degree else 0.0))
+    return at + 1 + more
 
 
 def _followed(text: PhraseText, at: int) -> bool:

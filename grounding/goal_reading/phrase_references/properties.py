@@ -61,6 +61,7 @@ PROPERTIES: Mapping[str, Property] = {
     ),
     "square": _property("cube block box brick dice", open="book notebook plate tray"),
     "rectangular": _property("box brick book notebook tray carton phone", open="block"),
+    "angular": _property("cube block box brick dice", open="book notebook carton stapler tray"),
     "oval": _property("egg", "lemon spoon"),
     "flat": _property("plate saucer tray notebook book phone pan coaster placemat", open="box"),
     "curved": _property("banana", "bowl"),
@@ -101,7 +102,7 @@ SAME_PROPERTY: Mapping[str, str] = {
     "fragile": "breakable", "electrical": "electric", "wheels": "wheel", "prongs": "prong", "tines": "tine",
     "handles": "handle", "bent": "curved", "squared": "square", "cubic": "square", "pointed": "pointy",
     "citric": "citrus", "canned": "tinned", "rolling": "rolls", "boxy": "rectangular", "egg-shaped": "oval",
-    "feathers": "feathered", "engine": "motor", "tip": "ink", "grip": "handle", "carton": "cardboard",
+    "feathers": "feathered", "spouts": "spout", "lids": "lid", "blades": "blade", "motors": "motor", "engine": "motor", "tip": "ink", "grip": "handle", "carton": "cardboard",
 }  # fmt: skip
 
 # What is done with a thing, in the words of "the thing you drink from", "for drinking", "that writes".
@@ -112,8 +113,8 @@ _USES: tuple[tuple[str, str], ...] = (
     (r"eat\w* (?:from|off|off of|out of|on)|serv\w*(?: on)?", "plate bowl saucer dish platter"),
     (r"eat\w* with|eating (?:irons?|tools?|utensils?|implements?|gear)|eating", " ".join(CUTLERY)),
     (r"eat|be eaten", _FOOD),
-    (r"(?:writ|draw|scribbl|sketch|colour)\w*(?: (?:in|with))?", " ".join(WRITING)),
-    (r"writ\w* (?:in|on|into|down in)|tak\w* notes in", "notebook paper"),
+    (r"(?:writ|draw|scribbl|sketch|colour)\w*(?: with)?", " ".join(WRITING)),
+    (r"(?:writ|scribbl|sketch|draw)\w* (?:in|on|into|down in)|tak\w* notes in", "notebook paper"),
     (r"(?:cut|cuts|cutting|slic\w*|snip\w*)(?: (?:paper|things?|bread|food|stuff))?(?: with)?", "scissors knife"),
     (r"(?:stab|spear|prick)\w*(?: (?:food|things?))?(?: with)?", "fork"),
     (r"stir\w*(?: .+)? with|stir\w*", "spoon teaspoon"),
@@ -124,7 +125,8 @@ _USES: tuple[tuple[str, str], ...] = (
     (r"(?:stick|tap|glu|fasten)\w*(?: .*)?|keep\w* paper together", "tape glue"),
     (r"stapl\w*(?: .*)?", "stapler"),
     (r"drill\w*(?: .*)?|mak\w* holes(?: with)?", "drill"),
-    (r"(?:driv\w*|knock\w*|hit\w*|bang\w*|hammer\w*)(?: (?:in |with )?nails?)?(?: in| into .*)?(?: with)?", "hammer"),
+    (r"hold\w* (?:the |your )?(?:work|things?|pieces?|it) (?:still|tight|down|fast|in place)", "clamp"),
+    (r"(?:driv\w*|knock\w*|hit\w*|bang\w*|pound\w*|hammer\w*)(?: (?:in |with )?nails?)?(?: in| into .*)?(?: with)?", "hammer"),
     (r"screw\w*(?: .*)?|(?:turn|driv)\w* screws?(?: .*)?", "screwdriver"),
     (r"(?:clamp|grip)\w*(?: .*)?", "clamp"),
     (r"needs? (?:electricity|power|current|a plug|plugging in)", "drill phone lamp laptop radio"),
@@ -141,7 +143,7 @@ _USES: tuple[tuple[str, str], ...] = (
     (r"pour\w*(?: .*)?", "kettle pitcher teapot jug watering-can"),
     (r"boil\w*(?: .*)?", "kettle"),
     (r"fry\w*(?: .*)?", "pan skillet"),
-    (r"(?:grow\w* on|pick\w* from) trees?", "apple orange lemon lime pear peach plum cherry mango apricot fig banana"),
+    (r"(?:gr[oe]w\w* on|pick\w* (?:from|off)) (?:an? )?trees?", "apple orange lemon lime pear peach plum cherry mango apricot fig banana"),
 )  # fmt: skip
 
 

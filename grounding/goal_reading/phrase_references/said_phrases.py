@@ -17,6 +17,8 @@ class SaidPhrase:
         place: where the instruction says it.
         kept: whether its objects are to stay.
         found: its objects; `None` until they are found.
+        part: the number of its part of the goal; -1 where it is not known.
+        role: of its group.
         inner: the objects of phrases within it, "of the same colour as the far cup".
     """
 
@@ -25,6 +27,8 @@ class SaidPhrase:
     place: int
     kept: bool = False
     found: list[int] | None = None
+    part: int = -1
+    role: str = ""
     inner: list[list[int]] = field(default_factory=list)
 
 
@@ -47,6 +51,15 @@ class SaidPhrases:
     def beside_current(self) -> list[Phrase]:
         """List the phrases of the group of the current one, itself among them."""
         return [each.phrase for each in self.of_group(self.current.group)] if self.current is not None else []
+
+    def in_part(self, other: SaidPhrase) -> bool:
+        """Tell whether another phrase stands beside the current one in a part: "the mug left of it" is not the mug."""
+        current = self.current
+        return current is not None and other.part == current.part >= 0 and other.group != current.group
+
+    def beside_in_part(self) -> set[int]:
+        """Return the objects of the other places of the current phrase's part, which it cannot mean as well."""
+        return {i for each in self.all if self.in_part(each) for i in each.found or ()}
 
     def before(self) -> list[SaidPhrase]:
         """List the phrases that were said before the current one, and whose objects are known."""

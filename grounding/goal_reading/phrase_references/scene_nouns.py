@@ -59,6 +59,10 @@ _MEANINGS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "wheels": (("car", "truck"),),
     "squash": (("bottle",),),
 }  # fmt: skip
+# What stands for a word in the name of an object: "the fish tin" is a tuna can.
+_FILLINGS: Mapping[str, tuple[str, ...]] = {
+    "fish": ("tuna", "salmon", "sardine"), "cornflake": ("cereal",), "muesli": ("cereal",), "flake": ("cereal",),
+}  # fmt: skip
 # Nouns that say nothing of what is there.
 GENERAL = frozenset(
     "thing things item items object objects bit bits piece pieces stuff article articles element elements guy guys "
@@ -73,7 +77,7 @@ GENERAL = frozenset(
 _OCCASIONS = frozenset(
     (*STUFF, "bathroom", "desk", "garden", "gardening", "lab", "party", "shop", "household", "washing")
 )
-_LOOSE = ("grocery", "toy", "kitchenware", "tableware", "food", "solid", "shape")
+_LOOSE = ("grocery", "toiletry", "toy", "kitchenware", "tableware", "food", "solid", "shape")
 
 
 class SceneNouns:
@@ -95,11 +99,16 @@ class SceneNouns:
 
     def says(self, index: int, word: str) -> bool:
         """Tell whether the name of an object holds a word: "soup" of a soup can."""
-        return singular(word) in map(singular, self._names[index].split("-"))
+        said = {singular(word), *_FILLINGS.get(singular(word), ())}
+        return not said.isdisjoint(map(singular, self._names[index].split("-")))
 
     def named(self, word: str) -> bool:
         """Tell whether a word stands in the name of an object here."""
         return any(self.says(i, word) for i in self.everything())
+
+    def filling(self, word: str) -> bool:
+        """Tell whether a word is what something here holds, and no object itself: "milk" of a milk carton."""
+        return self.named(word) and not self.of_kinds((singular(word),))
 
     def is_noun(self, word: str) -> bool:
         """Tell whether a word is a known noun for objects, general nouns left aside."""

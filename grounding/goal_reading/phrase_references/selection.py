@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from grounding.goal_reading.noun_phrase import NounPhrase
-from grounding.goal_reading.phrase_references.adjectives import colours_of, size_of
+from grounding.goal_reading.phrase_references.adjectives import HUES, NEUTRAL, TEMPERATURES, colours_of, size_of
 from grounding.goal_reading.phrase_references.choice_errors import Doubt, NothingFits
+from grounding.goal_reading.phrase_references.likeness_choice import LikenessChoice
 from grounding.goal_reading.phrase_references.phrase import Phrase, Rank, Test
 from grounding.goal_reading.phrase_references.properties import property_of
 from grounding.goal_reading.phrase_references.scene_nouns import SceneNouns
@@ -26,7 +27,7 @@ _COMPOUNDS = frozenset(
     "mobile play".split()
 )
 _ORDER = tuple(
-    "colour lonely kind use occasion property alike measure size more stands between place nearest word".split()
+    "colour hue lonely kind use occasion property alike measure size more stands between place nearest equal odd contrast word".split()
 )
 
 
@@ -51,6 +52,7 @@ class Selection:
         self._attributes: list[ObjectAttributes | None] = [each.attributes for each in find.objects or ()]
         self._standing, self._sizes = find.places, SizeChoice(self._attributes)
         self.places = TablePlaces(find.places)
+        self._likeness = LikenessChoice(self._attributes, nouns.head)
 
     def fitting(self, phrase: Phrase, base: Sequence[int]) -> list[int]:
         """Keep those of some objects that a phrase describes; the first ones where it chooses by order.
@@ -103,8 +105,15 @@ class Selection:
         many = bool(phrase.plural or phrase.every or test.negated) and phrase.count != 1
         if test.kind == "colour":
             return [i for i in found if self._coloured(i, test.word, found)]
+        if test.kind == "hue":
+            return self._of_hue(test.word, found)
         if test.kind == "lonely":
-            return [i for i in found if sum(self._colour(j) == self._colour(i) for j in found) == 1]
+            return self._likeness.lonely(found, test.word)
+        if test.kind == "odd":
+            return self._likeness.odd(found)
+        if test.kind == "equal":
+            pair = test.word == "pair"
+            return found if pair and len(found) == 2 else self._likeness.equal(found, test.word, phrase.count)
         if test.kind == "kind":
             group = self._of_kind(test)
             return [i for i in found if i in group]
@@ -139,6 +148,14 @@ class Selection:
             return self.nouns.says(index, word)
         best = next((each for each in wanted if any(self._colour(i) == each for i in among)), "")
         return own == best or (own in wanted and not best)
+
+    def _of_hue(self, word: str, found: list[int]) -> list[int]:
+        """Keep what is coloured, or of a warm or cold colour."""
+        colours = [self._colour(i) for i in found]
+        judged = (*HUES["warm"], *HUES["cold"], *NEUTRAL) if word in TEMPERATURES else (*HUES["coloured"], *NEUTRAL)
+        if not all(each in judged for each in colours):
+            raise NothingFits(f"it is not known which of the objects here are {word!r}")
+        return [i for i, colour in zip(found, colours, strict=True) if colour in HUES[word]]
 
     def _of_kind(self, test: Test) -> list[int]:
         assert test.other is not None  # what the objects are, or are not

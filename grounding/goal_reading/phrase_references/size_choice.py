@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import combinations
 
+from grounding.goal_reading.phrase_references.adjectives import MIDDLE
 from grounding.goal_reading.phrase_references.choice_errors import NothingFits
 from grounding.goal_reading.phrase_references.phrase import Rank, Test
 from grounding.references.attributes import MEASURES, ObjectAttributes, alike, by_size, of_size
 
+_CLEAR = 1.5  # a volume by so much larger is larger, whatever the shape
+_SEEN = 1.05  # by so much a width or a height must differ to be seen
 _UNKNOWN = "the sizes of the objects are not known"
 
 
@@ -30,6 +35,8 @@ class SizeChoice:
             count: the number that the phrase speaks of, `None` where it does not say.
             many: whether it speaks of several.
         """
+        if test.word == MIDDLE:
+            return self._middle(found, many)
         if len(found) < 2 or len(found) == count:
             return found
         known = [self._attributes[i] for i in found]
@@ -37,6 +44,8 @@ class SizeChoice:
         if fits is None or order is None:
             raise NothingFits(_UNKNOWN)
         if not fits and MEASURES[test.word].noun == "sizes":  # of a like volume: by their height
+            if any(_crosswise(one, other) for one, other in combinations(filter(None, known), 2)):
+                return found  # none is for certain the larger one
             higher = Test("size", "tall" if MEASURES[test.word].sign > 0 else "short", value=test.value)
             return self.fitting(higher, found, count, many)
         one = not many and (test.value > 0 or len(found) == 2)
@@ -46,6 +55,16 @@ class SizeChoice:
             if not self._alike(test.word, found[order[wanted - 1]], found[order[wanted]]):
                 return [found[i] for i in order[:wanted]]
         return [found[i] for i in fits]
+
+    def _middle(self, found: list[int], many: bool) -> list[int]:
+        """Keep the middle one of three objects of different sizes."""
+        order = by_size("large", [self._attributes[i] for i in found])
+        if order is None or len(found) != 3 or many:
+            raise NothingFits("it is not known which of the objects here are of a middle size")
+        ranked = [found[i] for i in order]
+        if any(self._alike("large", a, b) for a, b in zip(ranked, ranked[1:], strict=False)):
+            raise NothingFits("the objects are not of three sizes")
+        return ranked[1:2]
 
     def beyond(self, test: Test, index: int) -> bool:
         """Tell whether an object is "taller than 15 cm"."""
@@ -70,7 +89,9 @@ class SizeChoice:
 
     def _alike(self, word: str, one: int, other: int) -> bool:
         first, second = self._attributes[one], self._attributes[other]
-        return first is not None and second is not None and alike(word, first, second)
+        if first is None or second is None:
+            return False
+        return alike(word, first, second) or (MEASURES[word].noun == "sizes" and _crosswise(first, second))
 
     def _tied(self, word: str, one: int, other: int) -> bool:
         height = MEASURES[word].noun != "sizes" or self._alike("tall", one, other)
@@ -86,3 +107,14 @@ class SizeChoice:
             if MEASURES[word].sign * (other.size[2] - one.size[2]) > 0 and not alike("tall", one, other):
                 order[n], order[n + 1] = order[n + 1], order[n]
         return order
+
+
+def _crosswise(one: ObjectAttributes, other: ObjectAttributes) -> bool:
+    """Tell whether one of two objects of a like volume is wider and the other taller: is a plate larger than a bowl?"""
+    if one.size is None or other.size is None:
+        return False
+    volumes = sorted(math.prod(each.size) for each in (one, other) if each.size is not None)
+    wider = max(one.size[:2]) / max(other.size[:2])
+    taller = one.size[2] / other.size[2]
+    opposite = (wider > _SEEN and taller < 1 / _SEEN) or (wider < 1 / _SEEN and taller > _SEEN)
+    return opposite and volumes[1] < _CLEAR * volumes[0]

@@ -122,9 +122,19 @@ class TablePlaces:
         if len(found) % 2 and len(found) == 3:
             return [across[1]]
         order = sorted(found, key=lambda i: self._badness(i, ("middle",)))
+        amid = self._amid(found)
+        if amid is not None and amid != order[0]:
+            return [amid, order[0]]  # the middle of the group, or of the table?
         if self._badness(order[1], ("middle",)) - self._badness(order[0], ("middle",)) >= _STEP:
             return order[:1]
         return [across[len(across) // 2]] if len(across) % 2 else order[:2]
+
+    def _amid(self, found: Sequence[int]) -> int | None:
+        """Return the object in the middle of a group both across and from near to far; `None` where none stands there."""
+        away = sorted(self.position(i)[0] for i in found)[len(found) // 2]
+        left = sorted(self.position(i)[1] for i in found)[len(found) // 2]
+        there = [i for i in found if math.dist(self.position(i), (away, left)) < _STEP]
+        return there[0] if len(there) == 1 and len(found) % 2 else None
 
     def _outer(self, found: Sequence[int]) -> list[int]:
         across = sorted(found, key=lambda i: self.position(i)[1])

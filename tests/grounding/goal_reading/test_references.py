@@ -80,6 +80,7 @@ def test_the_objects_that_are_meant(scene, text, goal):
         ("toys", "put each ball next to the block with the same colour", "it is not clear which colour is meant"),
         ("cans and cups", "the red can next to the purple cup", "'purple cup'; of that kind there is only: cup (red)"),
         ("cans and cups", "put the red cup behind the can", "'the can' can be each of 3 objects"),
+        ("blocks", "Of the two blue ones, take the one on the right and set it between the reds.", "red"),
     ],
 )  # fmt: skip
 def test_objects_that_are_not_clear_are_asked_for_or_told(scene, text, words):

@@ -67,13 +67,34 @@ def one(objects, *phrases, role="objects", shaped=False, text=""):
         ("what's edible", [7]),
         ("the wee red tin", [0]),
         ("whichever mug is the rearmost", [4]),
+        ("the non-green mugs", [2, 3]),
+        ("all non-edible things", [0, 1, 2, 3, 4, 5, 6]),
+        ("the non-mugs", [0, 1, 5, 6, 7]),
+        ("non-red, non-white mugs", [4]),
+        ("anything not a mug", [0, 1, 5, 6, 7]),
+        ("the mug more near to me at the left", [2]),
+        ("the thing most distant from me on the left", [6]),
+        ("mug nearest me on the right", [4]),
+        ("white mug right side one", [3]),
+        ("the mug back on the right", [4]),
+        ("the thing lowest", [6]),
+        ("tin - the taller", [1]),
+        ("the more small tin", [0]),
+        ("the one taller than the others", [5]),
+        ("the tallest tin of the two", [1]),
     ],
 )
 def test_a_phrase_means_its_objects(phrase, found):
     assert sorted(one(SHELF, phrase)) == found
 
 
-@pytest.mark.parametrize("phrase", ["the red one", "the mug", "the white thing", "the tin"])
+@pytest.mark.parametrize(
+    "phrase",
+    [
+        "the red one", "the mug", "the white thing", "the tin", "the mug that isn't green", "the medium mug",
+        "the tallest mug of the two", "the medium thing",
+    ],
+)  # fmt: skip
 def test_a_doubt_stays_a_question(phrase):
     with pytest.raises((Doubt, NothingFits)):
         raise one(SHELF, phrase)
@@ -154,3 +175,18 @@ def test_a_number_of_them_is_everything_only_where_it_fits():
 
 def test_a_denial_ends_at_but():
     assert one(SHELF, "the mug that is neither red nor white but is at the back") == [4]
+
+
+def test_a_place_alone_takes_the_noun_before_it():
+    text = "Of the mugs, the nearest to the left edge goes first."
+    assert one(SHELF, "the nearest to the left edge", text=text) == [2]
+
+
+def test_the_medium_one_is_that_between_two_other_sizes():
+    pots = [
+        thing("pot", "brown", (0.15, 0.15, 0.14), (0.35, 0.2)),
+        thing("pot 2", "brown", (0.1, 0.1, 0.09), (0.3, -0.3)),
+        thing("pot 3", "green", (0.12, 0.12, 0.11), (0.5, -0.2)),
+    ]
+    assert one(pots, "the medium pot") == one(pots, "the middle-sized one") == [2]
+    assert isinstance(one(pots[:2], "the medium pot"), NothingFits)
