@@ -152,7 +152,7 @@ class SceneReferences:
         return found
 
     def _scope_of(self, phrase: NounPhrase) -> NounPhrase | None:
-        """Return the group of which a phrase without a noun speaks; the group itself, "of the two blue ones", is of none."""
+        """Return the group of which a phrase without a noun speaks; the group itself, "the two blue ones", is of none."""
         scope = self.scope
         if scope is None or not phrase.borrowed or (phrase.first, phrase.end) == (scope.first, scope.end):
             return None

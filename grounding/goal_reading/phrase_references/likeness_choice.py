@@ -44,7 +44,8 @@ class LikenessChoice:
 
         Args:
             found: those to choose from.
-            by: "size", "height", "width", "length", "colour" or "kind"; empty or "pair" for kind, colour and size at once.
+            by: "size", "height", "width", "length", "colour" or "kind"; empty or "pair" for kind, colour and size at
+                once.
             count: how many there are, where that is said.
 
         Raises:

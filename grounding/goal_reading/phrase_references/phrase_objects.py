@@ -104,7 +104,8 @@ class PhraseObjects:
             return [i for i in everything if i not in self._said.named()]
         if phrase.kind == "all":
             found = self.selection.fitting(phrase, everything)
-            if phrase.count not in (None, len(found)) and not phrase.tests and (told := self._told.several(phrase.count)):
+            several = phrase.count is not None and phrase.count != len(found) and not phrase.tests
+            if several and (told := self._told.several(phrase.count)):
                 return told  # "the three of them"
             return self._counted(phrase, found) if phrase.count is not None else found
         if phrase.plural:

@@ -94,7 +94,8 @@ class PhraseParser:
         if end is None:
             pointing = (draft.demonstrative or draft.every) and at < len(self.words)
             counted = draft.count is not None and (draft.definite or draft.every)
-            leading = draft.definite and at > place and self.word(at) in COMPARED and sides_at(self.words, at) is not None
+            compared = draft.definite and at > place and self.word(at) in COMPARED
+            leading = compared and sides_at(self.words, at) is not None  # "the nearest to the edge"
             if not (draft.chooses or pointing or counted or leading):
                 return None
             draft.borrowed = draft.bare = True

@@ -8,6 +8,7 @@ from typing import Protocol
 from grounding.goal_reading.phrase_references.adjectives import colours_of
 from grounding.goal_reading.phrase_references.phrase import Phrase, Test
 from grounding.goal_reading.phrase_references.scene_nouns import GENERAL, SceneNouns
+from grounding.references.lexicon import FRUIT
 
 # Words that no adjective stands before.
 JOINTS = frozenset("and or , of with in on at to that which for is are the not non but ( ) than from".split())
@@ -36,7 +37,7 @@ class PhraseText:
         return bool(word) and (self.nouns.is_noun(word) or word in GENERAL or word in ("one", "ones"))
 
     def colours_at(self, place: int) -> tuple[tuple[Test, ...], int] | None:
-        """Read colours, "red and blue"; "an orange" and "the lemon" are fruit where there is one.
+        """Read colours, "red and blue"; "the lemon" is fruit, and "an orange" where there is one.
 
         Returns:
             A test for each colour, and the place after them; `None` where none stands.
@@ -45,7 +46,8 @@ class PhraseText:
         end = place
         while True:
             word = self.word(end)
-            fruit = bool(self.nouns.of_kinds((word,))) and not self.noun_at(end + 1)
+            alone = not self.noun_at(end + 1)
+            fruit = alone and (bool(self.nouns.of_kinds((word,))) or (word in FRUIT and word != "orange"))
             if colours_of(word) is None or fruit:
                 break
             found.append(Test("colour", word))

@@ -18,7 +18,8 @@ _IS = frozenset("is are was were be being looks look stands stand sits sit lies 
 _FILLING = frozenset("very really currently already either both also itself".split())
 # A clause of which the rest was said before: "the apple that is not red, the apple that is".
 _LEFT_OUT = re.compile(
-    r"(?:(?:that|which|who|as) (?:is|are|does|do|can)|(?:that |which )?(?:you|i|we|one) (?:can|do)|(?:is|are)(?= not))( not)?$"
+    r"(?:(?:that|which|who|as) (?:is|are|does|do|can)|(?:that |which )?(?:you|i|we|one) (?:can|do)|(?:is|are)(?= not))"
+    r"( not)?$"
 )
 _JOINTS = frozenset(("and", "or", "nor", ",", "but", "yet"))
 

@@ -130,7 +130,7 @@ class TablePlaces:
         return [across[len(across) // 2]] if len(across) % 2 else order[:2]
 
     def _amid(self, found: Sequence[int]) -> int | None:
-        """Return the object in the middle of a group both across and from near to far; `None` where none stands there."""
+        """Return the object in the middle of a group across and from near to far; `None` where none stands there."""
         away = sorted(self.position(i)[0] for i in found)[len(found) // 2]
         left = sorted(self.position(i)[1] for i in found)[len(found) // 2]
         there = [i for i in found if math.dist(self.position(i), (away, left)) < _STEP]

@@ -1,4 +1,4 @@
-"""Find what "that one", "those three" and "the pair" mean: what the instruction named before, in the goal or beside it."""
+"""Find what "that one" and "those three" mean: what the instruction named before, in the goal or beside it."""
 
 from __future__ import annotations
 

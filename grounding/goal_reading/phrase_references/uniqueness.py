@@ -1,4 +1,4 @@
-"""Read that objects are alike or the only ones of their sort: "without a twin", "of the same size", "of its own colour"."""
+"""Read that objects are alike or the only ones of their sort: "without a twin", "of the same size"."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ _OWN_COLOUR = re.compile(
 )
 _ALONE = re.compile(r"of (?:its|their|that) (?:own )?(?P<what>colour|kind|sort|type)(?= |$)")
 _PAIRED = re.compile(
-    rf"{_HAVING} (?:a |an |its |their |their own |one )?{_TWIN}{_IN_COLOUR}(?= |$)|(?:that come |coming |that are )?in pairs(?= |$)"
+    rf"{_HAVING} (?:a |an |its |their |their own |one )?{_TWIN}{_IN_COLOUR}(?= |$)"
+    r"|(?:that come |coming |that are )?in pairs(?= |$)"
 )
 _EQUAL = re.compile(
     rf"(?:(?:that |which )?(?:is |are )?(?:of|in)|{_HAVING}|(?:that |which )?share|sharing) (?:the |an |a )?"

@@ -54,6 +54,7 @@ def test_the_one_on_the_left_is_of_the_kind_of_the_one_on_the_right(meant):
     [
         ("cans and cups", "the bigger red object"),  # the can is taller, the cup is wider
         ("garden", "its little sister"),
+        ("fruit and plate", "the lemon"),  # there is none, and the banana is only of its colour
         ("fruit and plate", "the apple that is"),  # nothing says what it is
         ("kitchen", "the carton with the milk"),
     ],
