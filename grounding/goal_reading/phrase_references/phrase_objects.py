@@ -192,6 +192,8 @@ class PhraseObjects:
                 kinds = {self._nouns.head(i) for i in found}
                 if len(found) == 1 or (phrase.plural and len(kinds) == 1):
                     yield everything
+            if _compares_two(phrase) and (pair := self._told.several(2)):
+                yield pair  # "the bottle and the jar: the shorter one ..."
             yield from self._common_kind(phrase)
             yield from self._contrasted(phrase)
             for each in reversed(self._said.before()) if phrase.other else ():
@@ -201,6 +203,8 @@ class PhraseObjects:
             if not (phrase.other and phrase.plural):
                 place = self._said.current.place if self._said.current is not None else 0
                 yield from self.contexts.around(phrase, place)
+        if _compares_two(phrase) and len(everything) > 2:
+            raise Doubt(everything)  # "the shorter one", of which two?
         yield everything
 
     def _contrasted(self, phrase: Phrase) -> Iterator[Sequence[int]]:
@@ -255,6 +259,12 @@ class PhraseObjects:
             raise Doubt(found)
         fresh = [i for i in found if i not in self._said.named()]
         return (fresh if len(fresh) >= wanted else found)[:wanted]
+
+
+def _compares_two(phrase: Phrase) -> bool:
+    """Tell whether a phrase without a noun is the "taller one" of two."""
+    alone = not phrase.noun and not phrase.plural and phrase.among is None and len(phrase.tests) == 1
+    return alone and phrase.rank is None and phrase.tests[0][0].kind == "size" and phrase.tests[0][0].value > 0
 
 
 def _of_temperature(phrase: Phrase) -> bool:

@@ -20,6 +20,7 @@ def phrase(words, part=0, role="objects"):
          "the three of them", [4, 5, 6]),
         ("grocery", "There's an orange and a lemon. That pair goes left.", "that pair", [4, 5]),
         ("party", "I like the three red cups. Those three go left.", "those three", [0, 1, 2]),
+        ("tall and short", "Of the bottle and the jar, the shorter one goes in front.", "the shorter one", [3]),
     ],
 )  # fmt: skip
 def test_a_pronoun_means_what_was_named_last(meant, scene, text, words, found):
@@ -32,6 +33,7 @@ def test_a_pronoun_means_what_was_named_last(meant, scene, text, words, found):
         ("toys", "There's a ball over there. Put that one on the block.", "that one"),
         ("toys", "There's a ball. Put that ball on the block.", "that ball"),
         ("shapes", "Put that one beside the red cube.", "that one"),
+        ("tall and short", "Put the shorter one in front.", "the shorter one"),
         ("grocery", "The lemon, the pear and the orange and the carton. Those three go left.", "those three"),
     ],
 )
