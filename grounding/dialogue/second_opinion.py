@@ -26,15 +26,15 @@ from grounding.goals.parts import GoalError, Part, RelationPart, StructurePart
 from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
-CERTAIN = 0.8  # in place of a refusal
-REFUSED_AT_MOST = 0.05  # that the sentence is a remark, or asks for what cannot be built, beside a goal that is used
-CERTAIN_OF_CALCULATED = 0.97  # the same, where a length is said, or that something is done likewise
-CERTAIN_OF_UNKNOWN = 0.95  # the same, where the network does not know every word
+CERTAIN = 0.65  # in place of a refusal
+REFUSED_AT_MOST = 0.1  # that the sentence is a remark, or asks for what cannot be built, beside a goal that is used
+CERTAIN_OF_CALCULATED = 0.8  # the same, where a length is said, or that something is done likewise
+CERTAIN_OF_UNKNOWN = 0.7  # the same, where the network does not know every word
 LIKELY = 0.04  # offered in place of a refusal
 LIKELY_OF_UNKNOWN = 0.1  # the same, where the network does not know every word
 MOST_OFFERED = 2
 REFUSES = 0.5  # that the sentence is a remark, asks for what cannot be built, or for one of several objects: nothing is offered
-DOUBTS = 0.95  # another goal than the rules read, or none
+DOUBTS = 0.85  # another goal than the rules read, or none
 LONG = 10  # words: the rules read shorter corrections as well as the network does
 AS_IT_IS = "leave the goal as it is"
 _ONLY_A_REMARK = "nothing"

@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 
 from grounding.goal_network.network_reading import NetworkReading, brings_together
-from grounding.goal_network.vocabulary import NOTHING
+from grounding.goal_network.vocabulary import NO_GOAL, NOTHING
 from grounding.goal_network.weighty_words import WEIGHTY, WEIGHTY_IF_UNKNOWN, weighty, words_held
 from grounding.goal_reading.reader import GoalReading, more_than_plain
 from grounding.goal_reading.unread_words import unread_note
@@ -22,12 +22,15 @@ from grounding.goals.parts import RelationPart
 from grounding.spec import SLOTS, StructureSpec
 
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
-CERTAIN = 0.8  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
-MORE_CERTAIN = 0.95  # in place of another goal, or of a refusal of what was understood and cannot be built
-SURE = 0.97  # against a rule that forbids to build
-SURER = 0.99  # in place of one plain structure that the grammar and the parser of the five slots agree on
+CERTAIN = 0.7  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
+MORE_CERTAIN = 0.85  # in place of a refusal of what was understood and cannot be built, or of what asks for nothing
+ANOTHER_GOAL = 0.8  # in place of another goal
+SURE = 0.95  # against a rule that forbids to build
+SURER = 0.9  # in place of one plain structure that the grammar and the parser of the five slots agree on
 AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
+DECLINED = 0.95  # that no goal can hold what is asked for, or that it is not clear: against a goal
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
+_DECLINING = tuple(answer for answer in NO_GOAL if answer != NOTHING)
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
     r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
@@ -100,7 +103,8 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
     """
     if second.goal is None or not second.goal.parts:  # "leave the mugs alone" has no part
         return False
-    if first.reading.never or brings_together(second) or _leaves_place_open(second, first):
+    reading = first.reading
+    if reading.work or reading.never or reading.definite or brings_together(second) or _leaves_place_open(second, first):
         return False
     if second.certainty < SURE and (_forbidden(second, first) or _lacks_objects(second, first)):
         return False
@@ -119,7 +123,7 @@ def _forbidden(second: NetworkReading, first: FirstReading) -> bool:
     """Return whether a rule knows a reason why a goal is not to be built, or not as the network has it."""
     reading, goal = first.reading, second.goal
     assert goal is not None
-    if reading.work or reading.conditions or reading.definite or weighty(second.uncopied):
+    if reading.conditions or weighty(second.uncopied):
         return True
     if not first.requests and (second.certainty < MORE_CERTAIN or first.text.rstrip().endswith("?")):
         return True
@@ -146,7 +150,7 @@ def _replaces(second: NetworkReading, first: FirstReading, count: int | None) ->
         return False
     if reading.complete and _POINTS_BACK.search(first.text) and _other_references(goal, first.goal):
         return False
-    enough = second.certainty >= (HALF_READ if first.half_read else MORE_CERTAIN)
+    enough = second.certainty >= (HALF_READ if first.half_read else ANOTHER_GOAL)
     enough = enough and (first.half_read or not first.excepts)
     return enough and _differ(goal, first.goal, count)
 
@@ -174,6 +178,14 @@ def _has_place(goal: Goal) -> bool:
 def asks_nothing(second: NetworkReading, first: FirstReading) -> bool:
     """Return whether a text is worded like a question about the scene, and the network is certain that it asks for nothing."""
     return not first.requests and second.answer == NOTHING and second.certainty >= MORE_CERTAIN
+
+
+def declines(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
+    """Return whether a goal is not built because the network is certain that none can hold what is asked for, or that it
+    is not clear.
+    """
+    certain = second.answer in _DECLINING and second.certainty >= DECLINED
+    return certain and first.status == "ok" and count is not None
 
 
 def _lacks_objects(second: NetworkReading, first: FirstReading) -> bool:

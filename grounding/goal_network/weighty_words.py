@@ -12,7 +12,7 @@ WEIGHTY = frozenset(
     "upside inverted lean leans leaning tilt tilted tilting rotate rotated rotating flip flipped sideways lid "
     "lids handle handles spout spouts label labels half halves alternate alternately alternating alternates "
     "degrees degree diagonal diagonally under beneath underneath hang hanging float floating hover hovering "
-    "otherwise flush".split()
+    "otherwise flush heavier heaviest lighter lightest weight".split()
 )
 # Words that do so where the grammar does not know them.
 WEIGHTY_IF_UNKNOWN = frozenset(

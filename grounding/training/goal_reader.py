@@ -253,7 +253,7 @@ class _Texts:
         elif rng.random() < DRAWN:
             sentence = self.sentences.draw()
             task = labelled(sentence.text, sentence.line)
-        elif rng.random() < JOINED:
+        elif self.joined.possible and rng.random() < JOINED:
             task = self.joined.draw()
         else:
             task = self.instructions.draw(rng)

@@ -45,6 +45,11 @@ class JoinedInstructions:
             if not _DEPENDS.search(line.text):
                 self._plain.setdefault(line.scene, []).append(line)
 
+    @property
+    def possible(self) -> bool:
+        """Return whether there is anything to join."""
+        return bool(self.wishes) and bool(self.remarks)
+
     def draw(self) -> LabelledGoal:
         """Draw a task."""
         while True:

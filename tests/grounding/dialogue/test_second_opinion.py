@@ -6,7 +6,7 @@ import pytest
 
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn
-from grounding.dialogue.second_opinion import AS_IT_IS, second_opinion
+from grounding.dialogue.second_opinion import AS_IT_IS, CERTAIN_OF_CALCULATED, CERTAIN_OF_UNKNOWN, second_opinion
 from grounding.goal_network.network_reading import NetworkReading
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
@@ -46,12 +46,12 @@ def test_certain_goal_takes_the_place_of_a_refusal():
 
 
 def test_words_that_a_certain_network_does_not_know_are_named():
-    found = opinion(REFUSED, NetworkReading(LEFT, 0.95, unknown=("gronk",)))
+    found = opinion(REFUSED, NetworkReading(LEFT, CERTAIN_OF_UNKNOWN, unknown=("gronk",)))
     assert (found.status, found.goal) == ("ok", LEFT)
     assert found.message == "read without knowing 'gronk': say so if this changes the wish"
 
 
-@pytest.mark.parametrize("reading", [NetworkReading(LEFT, 0.6), NetworkReading(LEFT, 0.94, unknown=("gronk",))])
+@pytest.mark.parametrize("reading", [NetworkReading(LEFT, 0.6), NetworkReading(LEFT, CERTAIN_OF_UNKNOWN - 0.01, unknown=("gronk",))])
 def test_goal_that_is_not_certain_is_offered(reading):
     found = opinion(REFUSED, reading)
     assert (found.status, found.goal) == ("ask", ROW)
@@ -84,7 +84,7 @@ def test_likeliest_goals_are_offered_first_what_there_are_words_for():
 
 @pytest.mark.parametrize("text", ["the same over to the left", "over to the left side, 5 cm"])
 def test_what_has_to_be_calculated_is_offered(text):
-    assert opinion(REFUSED, NetworkReading(LEFT, 0.9), text=text).choices == (LEFT, ROW)
+    assert opinion(REFUSED, NetworkReading(LEFT, CERTAIN_OF_CALCULATED - 0.01), text=text).choices == (LEFT, ROW)
 
 
 def test_question_that_has_answers_stays():

@@ -8,13 +8,16 @@ import pytest
 
 from grounding.goal_network.network_reading import NetworkReading
 from grounding.goal_network.reading_choice import (
+    ANOTHER_GOAL,
     CERTAIN,
+    DECLINED,
     HALF_READ,
     MORE_CERTAIN,
     SURE,
     SURER,
     FirstReading,
     counts,
+    declines,
     doubted,
     excepts,
     notes_of,
@@ -54,14 +57,18 @@ def test_goals_of_single_objects_are_not_taken_where_each_gets_its_own():
     "first",
     [
         replace(REFUSED, requests=False, text="what about Egypt?"),
-        replace(REFUSED, reading=replace(UNKNOWN, work=("pour",))),
         replace(REFUSED, reading=replace(UNKNOWN, conditions=("if",))),
         replace(REFUSED, reading=replace(UNKNOWN, residue=("upside down",))),
     ],
 )
-def test_questions_other_work_conditions_and_weighty_words_stay_refused_unless_the_network_is_sure(first):
+def test_questions_conditions_and_weighty_words_stay_refused_unless_the_network_is_sure(first):
     assert not counts(read(), first, 3)
     assert counts(read(certainty=SURE), first, 3)
+
+
+@pytest.mark.parametrize("known", [{"work": ("pour",)}, {"never": ("half of the",)}, {"definite": True}])
+def test_other_work_and_what_no_goal_can_hold_stay_refused(known):
+    assert not counts(read(certainty=SURER), replace(REFUSED, reading=replace(UNKNOWN, **known)), 3)
 
 
 def test_a_statement_that_begins_like_a_question_needs_more_certainty():
@@ -98,8 +105,8 @@ def test_idle_sentences_and_definite_refusals_need_more_certainty():
 def test_another_goal_is_replaced_only_where_the_network_is_nearly_sure_and_reads_something_else():
     complete = FirstReading(GoalReading(goal=TRIANGLE), "ok", TRIANGLE, True, False)
     other = Goal((StructurePart("arc", objects=(0, 1, 2)),))
-    assert counts(read(other, MORE_CERTAIN), complete, 3)
-    assert not counts(read(other, MORE_CERTAIN - 0.01), complete, 3)
+    assert counts(read(other, ANOTHER_GOAL), complete, 3)
+    assert not counts(read(other, ANOTHER_GOAL - 0.01), complete, 3)
     assert not counts(read(TRIANGLE), complete, 3)
     assert not counts(read(other), replace(complete, excepts=excepts("all but the red one")), 3)
 
@@ -126,6 +133,16 @@ def test_everything_gives_way_to_named_objects_where_the_network_is_sure():
     named = Goal((StructurePart("line", y_position="bottom", objects=(0, 1)),))
     plain = FirstReading(GoalReading(goal=everything), "ok", everything, True, False)
     assert counts(read(named, SURE), plain, 3) and not counts(read(named), plain, 3)
+
+
+@pytest.mark.parametrize("answer", ["impossible", "unclear"])
+def test_what_the_network_is_certain_that_no_goal_holds_is_not_built(answer):
+    built = FirstReading(GoalReading(goal=LINE), "ok", LINE, True, False)
+    assert declines(NetworkReading(certainty=DECLINED, answer=answer), built, 3)
+    assert not declines(NetworkReading(certainty=DECLINED - 0.01, answer=answer), built, 3)
+    assert not declines(NetworkReading(certainty=1.0, answer=answer), built, None)
+    assert not declines(NetworkReading(certainty=1.0, answer="nothing"), built, 3)
+    assert not declines(NetworkReading(certainty=1.0, answer=answer), REFUSED, 3)
 
 
 def test_a_goal_without_parts_is_none():

@@ -62,7 +62,7 @@ def test_the_network_is_loaded_at_the_first_doubt_only(parser, encoder):
         return NetworkWriter.from_pretrained(encoder)
 
     interpreter = Interpreter(lambda: parser, encoder=encoder, network=network)
-    interpreter.interpret("put the cups in a circle", THERE)
+    interpreter.interpret("put the cups in a circle")
     assert not loaded
     interpreter.interpret("put the cups in a triangle", THERE)
     interpreter.interpret("put the cups in a square", THERE)

@@ -58,7 +58,7 @@ def test_all_rows_but_few_are_tasks():
             assert KEYWORDS[corrected(row).task.steps[-1][1][0]] == "<end>"
         except LabelError as error:
             errors.append(str(error))
-    assert len(rows) == 7112 and len(errors) <= 0.01 * len(rows), errors
+    assert len(rows) == 10644 and len(errors) <= 0.01 * len(rows), errors
 
 
 def test_drawn_corrections_replace_or_add():
