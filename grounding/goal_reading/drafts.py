@@ -21,6 +21,10 @@ class ContradictionError(ReadingError):
     """An instruction that asks for what excludes another wish of it."""
 
 
+class TwoValuesError(ReadingError):
+    """An instruction that asks for two values of one key, as far as it was understood."""
+
+
 @dataclass
 class Draft:
     """A part with the frame that it came from; `keys` of a structure are collected before it is made."""

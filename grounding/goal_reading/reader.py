@@ -14,7 +14,7 @@ from grounding.goal_reading.composer import NOTHING, Composer
 from grounding.goal_reading.conditions import without_idle_conditions
 from grounding.goal_reading.contradictions import contradiction
 from grounding.goal_reading.corrections import without_corrections
-from grounding.goal_reading.drafts import ContradictionError, ImpossibleError
+from grounding.goal_reading.drafts import ContradictionError, ImpossibleError, TwoValuesError
 from grounding.goal_reading.feasibility import infeasible
 from grounding.goal_reading.frames import Framer
 from grounding.goal_reading.lost_wishes import lost_wishes, never_held, without_asides
@@ -52,6 +52,7 @@ class GoalReading:
         goal: the parts; empty where there is a problem.
         problem: why it cannot be read, or "".
         definite: whether the problem stands however else the words are read: a wish that excludes another one.
+        contradictory: whether the parts that were read contradict each other.
         question: what must be known first.
         residue: words that carry a meaning and were not understood.
         beyond: whether the instruction asks for more than one plain structure, as far as it was understood.
@@ -74,6 +75,7 @@ class GoalReading:
     goal: Goal = Goal()
     problem: str = ""
     definite: bool = False
+    contradictory: bool = False
     question: Question | None = None
     residue: tuple[str, ...] = ()
     beyond: bool = False
@@ -193,7 +195,8 @@ class GoalReader:
             residue = tuple(words for words in reading.residue if not composer.paired or words not in paired)
             return replace(reading, problem=str(error), beyond=True, residue=residue)
         except (ReadingError, SpecError, SelectionError) as error:
-            return replace(reading, problem=_sentence(text, error), definite=isinstance(error, ContradictionError))
+            definite, contradictory = isinstance(error, ContradictionError), isinstance(error, TwoValuesError)
+            return replace(reading, problem=_sentence(text, error), definite=definite, contradictory=contradictory)
         if composer.paired:
             held = tuple(words for words in held if words not in paired)
         reading = replace(
@@ -202,7 +205,7 @@ class GoalReader:
             **_unused(framer, composer, known_there, held),
         )
         if problem:
-            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}")
+            return replace(reading, problem=f"{shortened(text)!r} contradicts itself: {problem}", contradictory=True)
         return replace(
             reading,
             goal=goal,

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from grounding.goal_reading.drafts import TwoValuesError
 from grounding.goal_reading.frame import RELATIONAL, Frame, Predicate
 from grounding.goal_reading.members import spot_of
 from grounding.goal_reading.patterns import END_KINDS
@@ -89,7 +90,7 @@ class StructureKeys:
         if value is None:
             return
         if values[key] is not None and values[key] != value:
-            raise ReadingError(
+            raise TwoValuesError(
                 f"{shortened(self.text)!r} contradicts itself: {key.replace('_', ' ')} {values[key]} and {value}"
             )
         values[key] = value

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from grounding.goal_reading.drafts import Draft
+from grounding.goal_reading.drafts import Draft, TwoValuesError
 from grounding.goal_reading.frame import Frame
 from grounding.goal_reading.frame_objects import FrameObjects
 from grounding.goal_reading.members import ORDERED, is_member, ordered, other_end, spot_of
@@ -177,7 +177,7 @@ class StructureParts:
                 continue
             if number >= self._given and part.values.get(key) is not None and part.values[key] != value:
                 before = f"{key.replace('_', ' ')} {part.values[key]}"
-                raise ReadingError(f"{shortened(self.text)!r} contradicts itself: {before} and {value}")
+                raise TwoValuesError(f"{shortened(self.text)!r} contradicts itself: {before} and {value}")
             part.values[key] = value
         self.relations.read(frame, PartReference(number), keys)
         return True

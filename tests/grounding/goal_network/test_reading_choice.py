@@ -13,6 +13,7 @@ from grounding.goal_network.reading_choice import (
     DECLINED,
     HALF_READ,
     MORE_CERTAIN,
+    NO_CONTRADICTION,
     SURE,
     SURER,
     FirstReading,
@@ -100,6 +101,12 @@ def test_idle_sentences_and_definite_refusals_need_more_certainty():
     for first in (idle, definite):
         assert not counts(read(certainty=MORE_CERTAIN - 0.01), first, 3)
         assert counts(read(certainty=MORE_CERTAIN), first, 3)
+
+
+def test_parts_that_contradict_each_other_need_more_certainty():
+    contradictory = replace(REFUSED, reading=GoalReading(problem="left and right", contradictory=True))
+    assert counts(read(certainty=NO_CONTRADICTION), contradictory, 3)
+    assert not counts(read(certainty=NO_CONTRADICTION - 0.01), contradictory, 3)
 
 
 def test_another_goal_is_replaced_only_where_the_network_is_nearly_sure_and_reads_something_else():
