@@ -23,9 +23,9 @@ from grounding.spec import SLOTS, StructureSpec
 
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
 CERTAIN = 0.7  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
-MORE_CERTAIN = 0.75  # in place of a refusal of what was understood and cannot be built, or of what asks for nothing
+MORE_CERTAIN = 0.75  # in place of a refusal of what was understood and cannot be built
 ANOTHER_GOAL = 0.8  # in place of another goal
-NO_CONTRADICTION = 0.9  # in place of parts that contradict each other
+CONTRARY = 0.9  # in place of parts that contradict each other, or of what seems to ask for nothing
 SURE = 0.95  # against a rule that forbids to build
 SURER = 0.9  # in place of one plain structure that the grammar and the parser of the five slots agree on
 AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
@@ -164,10 +164,9 @@ def _stands_in(second: NetworkReading, first: FirstReading, count: int | None) -
     agreed = agrees(second.goal, first.slots)
     if agreed and count is None and not first.idle:
         return second.certainty >= AGREED
-    impossible = first.reading.impossible and not agreed
-    if first.reading.contradictory:
-        return second.certainty >= NO_CONTRADICTION
-    return second.certainty >= (MORE_CERTAIN if impossible or first.idle else CERTAIN)
+    if first.idle or first.reading.contradictory:
+        return second.certainty >= CONTRARY
+    return second.certainty >= (MORE_CERTAIN if first.reading.impossible and not agreed else CERTAIN)
 
 
 def _has_place(goal: Goal) -> bool:

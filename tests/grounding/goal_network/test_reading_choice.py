@@ -10,10 +10,10 @@ from grounding.goal_network.network_reading import NetworkReading
 from grounding.goal_network.reading_choice import (
     ANOTHER_GOAL,
     CERTAIN,
+    CONTRARY,
     DECLINED,
     HALF_READ,
     MORE_CERTAIN,
-    NO_CONTRADICTION,
     SURE,
     SURER,
     FirstReading,
@@ -95,18 +95,17 @@ def test_words_that_the_goal_holds_do_not_refuse_it():
     assert not counts(read(), replace(every, text="a triangle out of every second can"), 3)
 
 
-def test_idle_sentences_and_definite_refusals_need_more_certainty():
-    idle = replace(REFUSED, idle=True)
-    definite = replace(REFUSED, reading=GoalReading(problem="there is no fork"))
-    for first in (idle, definite):
-        assert not counts(read(certainty=MORE_CERTAIN - 0.01), first, 3)
-        assert counts(read(certainty=MORE_CERTAIN), first, 3)
-
-
-def test_parts_that_contradict_each_other_need_more_certainty():
-    contradictory = replace(REFUSED, reading=GoalReading(problem="left and right", contradictory=True))
-    assert counts(read(certainty=NO_CONTRADICTION), contradictory, 3)
-    assert not counts(read(certainty=NO_CONTRADICTION - 0.01), contradictory, 3)
+@pytest.mark.parametrize(
+    ("first", "enough"),
+    [
+        (replace(REFUSED, reading=GoalReading(problem="there is no fork")), MORE_CERTAIN),
+        (replace(REFUSED, idle=True), CONTRARY),
+        (replace(REFUSED, reading=GoalReading(problem="left and right", contradictory=True)), CONTRARY),
+    ],
+)
+def test_what_is_understood_contradictory_or_asks_for_nothing_needs_more_certainty(first, enough):
+    assert counts(read(certainty=enough), first, 3)
+    assert not counts(read(certainty=enough - 0.01), first, 3)
 
 
 def test_another_goal_is_replaced_only_where_the_network_is_nearly_sure_and_reads_something_else():
