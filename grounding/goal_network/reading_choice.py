@@ -25,7 +25,7 @@ from grounding.spec import SLOTS, StructureSpec
 CERTAIN = 0.7  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
 MORE_CERTAIN = 0.75  # in place of a refusal of what was understood and cannot be built
 ANOTHER_GOAL = 0.8  # in place of another goal
-CONTRARY = 0.9  # in place of parts that contradict each other, or of what seems to ask for nothing
+CONTRARY = 0.9  # in place of parts that contradict each other, or of what seems to ask for nothing, and the other way round
 SURE = 0.95  # against a rule that forbids to build
 SURER = 0.9  # in place of one plain structure that the grammar and the parser of the five slots agree on
 AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
@@ -179,7 +179,7 @@ def _has_place(goal: Goal) -> bool:
 
 def asks_nothing(second: NetworkReading, first: FirstReading) -> bool:
     """Return whether a text is worded like a question about the scene, and the network is certain that it asks for nothing."""
-    return not first.requests and second.answer == NOTHING and second.certainty >= MORE_CERTAIN
+    return not first.requests and second.answer == NOTHING and second.certainty >= CONTRARY
 
 
 def declines(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
