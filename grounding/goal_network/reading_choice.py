@@ -23,9 +23,10 @@ from grounding.spec import SLOTS, StructureSpec
 
 # Chosen on labelled instructions that neither the network nor the grammar's authors had seen (docs/parsing.md).
 CERTAIN = 0.7  # in place of a refusal or a question, or of a larger goal where the parser of the five slots agrees
-MORE_CERTAIN = 0.75  # in place of a refusal of what was understood and cannot be built
+IMPOSSIBLE = 0.75  # in place of a refusal of what was understood and cannot be built
 ANOTHER_GOAL = 0.8  # in place of another goal
-CONTRARY = 0.9  # in place of parts that contradict each other, or of what seems to ask for nothing, and the other way round
+# Where parts contradict each other, a place must be asked for, or nothing seems to be asked for; and that nothing is.
+CONTRARY = 0.9
 SURE = 0.95  # against a rule that forbids to build
 SURER = 0.9  # in place of one plain structure that the grammar and the parser of the five slots agree on
 AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
@@ -117,7 +118,7 @@ def counts(second: NetworkReading, first: FirstReading, count: int | None) -> bo
 def _leaves_place_open(second: NetworkReading, first: FirstReading) -> bool:
     """Return whether it must be asked which place is meant, and the network's goal may have none."""
     assert second.goal is not None
-    return first.asks_place and not (second.certainty >= MORE_CERTAIN and _has_place(second.goal))
+    return first.asks_place and not (second.certainty >= CONTRARY and _has_place(second.goal))
 
 
 def _forbidden(second: NetworkReading, first: FirstReading) -> bool:
@@ -126,7 +127,7 @@ def _forbidden(second: NetworkReading, first: FirstReading) -> bool:
     assert goal is not None
     if reading.conditions or weighty(second.uncopied):
         return True
-    if not first.requests and (second.certainty < MORE_CERTAIN or first.text.rstrip().endswith("?")):
+    if not first.requests and (second.certainty < CONTRARY or first.text.rstrip().endswith("?")):
         return True
     if _PARALLEL & set(second.uncopied) and not any(part.along for part in goal.structures):
         return True
@@ -166,7 +167,7 @@ def _stands_in(second: NetworkReading, first: FirstReading, count: int | None) -
         return second.certainty >= AGREED
     if first.idle or first.reading.contradictory:
         return second.certainty >= CONTRARY
-    return second.certainty >= (MORE_CERTAIN if first.reading.impossible and not agreed else CERTAIN)
+    return second.certainty >= (IMPOSSIBLE if first.reading.impossible and not agreed else CERTAIN)
 
 
 def _has_place(goal: Goal) -> bool:

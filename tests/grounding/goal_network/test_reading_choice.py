@@ -13,7 +13,7 @@ from grounding.goal_network.reading_choice import (
     CONTRARY,
     DECLINED,
     HALF_READ,
-    MORE_CERTAIN,
+    IMPOSSIBLE,
     SURE,
     SURER,
     FirstReading,
@@ -74,15 +74,15 @@ def test_other_work_and_what_no_goal_can_hold_stay_refused(known):
 
 def test_a_statement_that_begins_like_a_question_needs_more_certainty():
     statement = replace(REFUSED, requests=False, text="what goes in the triangle is all of it")
-    assert counts(read(certainty=MORE_CERTAIN), statement, 3)
-    assert not counts(read(certainty=MORE_CERTAIN - 0.01), statement, 3)
+    assert counts(read(certainty=CONTRARY), statement, 3)
+    assert not counts(read(certainty=CONTRARY - 0.01), statement, 3)
 
 
 def test_a_place_that_is_asked_for_counts_where_the_goal_has_it():
     along = Goal((StructurePart("line", objects=(0, 1), along="near"),))
     asking = replace(REFUSED, asks_place=True)
-    assert counts(read(along, MORE_CERTAIN), asking, 3)
-    assert not counts(read(along, MORE_CERTAIN - 0.01), asking, 3)
+    assert counts(read(along, CONTRARY), asking, 3)
+    assert not counts(read(along, CONTRARY - 0.01), asking, 3)
     assert not counts(read(LINE), asking, 3)
 
 
@@ -98,7 +98,7 @@ def test_words_that_the_goal_holds_do_not_refuse_it():
 @pytest.mark.parametrize(
     ("first", "enough"),
     [
-        (replace(REFUSED, reading=GoalReading(problem="there is no fork")), MORE_CERTAIN),
+        (replace(REFUSED, reading=GoalReading(problem="there is no fork")), IMPOSSIBLE),
         (replace(REFUSED, idle=True), CONTRARY),
         (replace(REFUSED, reading=GoalReading(problem="left and right", contradictory=True)), CONTRARY),
     ],
