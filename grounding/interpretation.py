@@ -18,7 +18,6 @@ from grounding.goal_network.reading_choice import (
     FirstReading,
     asks_nothing,
     counts,
-    declines,
     doubted,
     excepts,
     keeps,
@@ -32,7 +31,7 @@ from grounding.goal_reading.unread_words import unread_note
 from grounding.goal_reading.verdict import not_understood, requests, verdict
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.parse_result import OBJECT, REFUSALS, Parse, Question, refusal, shortened
+from grounding.parse_result import OBJECT, REFUSALS, Parse, Question, refusal
 from grounding.references.attributes import SceneObject
 from grounding.references.selection import (
     AmbiguousReferenceError,
@@ -235,9 +234,6 @@ class Interpretation:
         if asks_nothing(second, known):
             refused = refusal(text, "idle", self.parse.parser)
             found = self._without_goal("refused", refused.message, parse=refused)
-        elif declines(second, known, count):
-            message = f"{shortened(text)!r} seems to ask for what no goal can hold, or leaves open what is meant; say it in other words"
-            found = self._without_goal("refused", message)
         elif counts(second, known, count):
             found = self._with_goal(replace(second, notes=notes_of(second, first)), objects)
             if self._default is not None:

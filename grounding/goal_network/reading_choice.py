@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 
 from grounding.goal_network.network_reading import NetworkReading, brings_together
-from grounding.goal_network.vocabulary import NO_GOAL, NOTHING
+from grounding.goal_network.vocabulary import NOTHING
 from grounding.goal_network.weighty_words import WEIGHTY, WEIGHTY_IF_UNKNOWN, weighty, words_held
 from grounding.goal_reading.reader import GoalReading, more_than_plain
 from grounding.goal_reading.unread_words import unread_note
@@ -30,9 +30,7 @@ CONTRARY = 0.9
 SURE = 0.95  # against a rule that forbids to build
 SURER = 0.9  # in place of one plain structure that the grammar and the parser of the five slots agree on
 AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
-DECLINED = 0.95  # that no goal can hold what is asked for, or that it is not clear: against a goal
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
-_DECLINING = tuple(answer for answer in NO_GOAL if answer != NOTHING)
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
 _EXCEPTION = re.compile(
     r"\b(?:except\w*|but|minus|without|not|don't|other than|save|apart|aside|besides|excluding|leav\w+|bar)\b",
@@ -181,14 +179,6 @@ def _has_place(goal: Goal) -> bool:
 def asks_nothing(second: NetworkReading, first: FirstReading) -> bool:
     """Return whether a text is worded like a question about the scene, and the network is certain that it asks for nothing."""
     return not first.requests and second.answer == NOTHING and second.certainty >= CONTRARY
-
-
-def declines(second: NetworkReading, first: FirstReading, count: int | None) -> bool:
-    """Return whether a goal is not built because the network is certain that none can hold what is asked for, or that it
-    is not clear.
-    """
-    certain = second.answer in _DECLINING and second.certainty >= DECLINED
-    return certain and first.status == "ok" and count is not None
 
 
 def _lacks_objects(second: NetworkReading, first: FirstReading) -> bool:

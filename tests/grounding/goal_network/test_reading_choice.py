@@ -11,14 +11,12 @@ from grounding.goal_network.reading_choice import (
     ANOTHER_GOAL,
     CERTAIN,
     CONTRARY,
-    DECLINED,
     HALF_READ,
     IMPOSSIBLE,
     SURE,
     SURER,
     FirstReading,
     counts,
-    declines,
     doubted,
     excepts,
     notes_of,
@@ -139,16 +137,6 @@ def test_everything_gives_way_to_named_objects_where_the_network_is_sure():
     named = Goal((StructurePart("line", y_position="bottom", objects=(0, 1)),))
     plain = FirstReading(GoalReading(goal=everything), "ok", everything, True, False)
     assert counts(read(named, SURE), plain, 3) and not counts(read(named), plain, 3)
-
-
-@pytest.mark.parametrize("answer", ["impossible", "unclear"])
-def test_what_the_network_is_certain_that_no_goal_holds_is_not_built(answer):
-    built = FirstReading(GoalReading(goal=LINE), "ok", LINE, True, False)
-    assert declines(NetworkReading(certainty=DECLINED, answer=answer), built, 3)
-    assert not declines(NetworkReading(certainty=DECLINED - 0.01, answer=answer), built, 3)
-    assert not declines(NetworkReading(certainty=1.0, answer=answer), built, None)
-    assert not declines(NetworkReading(certainty=1.0, answer="nothing"), built, 3)
-    assert not declines(NetworkReading(certainty=1.0, answer=answer), REFUSED, 3)
 
 
 def test_a_goal_without_parts_is_none():
