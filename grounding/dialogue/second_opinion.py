@@ -1,9 +1,9 @@
 """Let the goal network read what is said about a goal too, and decide what its reading changes.
 
 The rules of corrections know what they read, and refuse most of what people say in other words. The network reads all
-of it and says how certain it is. Where the rules found nothing, its goal is used if it is certain and changes
-nothing that the sentence has no words for, and what it does not know is named; else its likeliest goals are offered as
-a question. Where the rules found another goal, a certain network makes a question with both.
+of it and says how certain it is. Where the rules found nothing, its goal is used if it is certain, knows every word and
+changes nothing that the sentence has no words for; else its likeliest goals are offered as a question. Where the rules
+found another goal, a certain network makes a question with both.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from grounding.dialogue.revision_checks import unsupported
 from grounding.dialogue.structure_edits import revised_structure
 from grounding.goal_network.network_reading import NetworkReading, brings_together
 from grounding.goal_network.weighty_words import weighty
-from grounding.goal_reading.unread_words import unread_note
 from grounding.goals.comparison import compare_goals
 from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
@@ -26,10 +25,9 @@ from grounding.goals.parts import GoalError, Part, RelationPart, StructurePart
 from grounding.parse_result import Question, shortened
 
 # Chosen on labelled corrections that the network was not trained on (docs/parsing.md).
-CERTAIN = 0.65  # in place of a refusal
-REFUSED_AT_MOST = 0.1  # that the sentence is a remark, or asks for what cannot be built, beside a goal that is used
-CERTAIN_OF_CALCULATED = 0.8  # the same, where a length is said, or that something is done likewise
-CERTAIN_OF_UNKNOWN = 0.7  # the same, where the network does not know every word
+CERTAIN = 0.7  # in place of a refusal
+REFUSED_AT_MOST = 0.05  # that the sentence is a remark, or asks for what cannot be built, beside a goal that is used
+CERTAIN_OF_CALCULATED = 0.85  # the same, where a length is said, or that something is done likewise
 LIKELY = 0.04  # offered in place of a refusal
 LIKELY_OF_UNKNOWN = 0.1  # the same, where the network does not know every word
 MOST_OFFERED = 2
@@ -84,9 +82,11 @@ def _usable(second: NetworkReading) -> bool:
 
 def _certain(turn: Turn, second: NetworkReading) -> bool:
     """Return whether the network's likeliest goal is used."""
-    if second.goal is None or _same(turn, second.goal, turn.last) or _no_wish(second) > REFUSED_AT_MOST:
+    if second.goal is None or second.unknown or _same(turn, second.goal, turn.last):
         return False
-    enough = CERTAIN_OF_CALCULATED if _CALCULATED.search(turn.text) else CERTAIN_OF_UNKNOWN if second.unknown else CERTAIN
+    if _no_wish(second) > REFUSED_AT_MOST:
+        return False
+    enough = CERTAIN_OF_CALCULATED if _CALCULATED.search(turn.text) else CERTAIN
     return second.certainty >= enough and not unsupported(turn, second.goal, _kind(turn, second.goal))
 
 
@@ -202,8 +202,7 @@ def _network_goal(turn: Turn, found: GoalRevision, second: NetworkReading) -> Go
     last = turn.last.parts
     changed = tuple(n for n, part in enumerate(goal.parts) if n >= len(last) or part != last[n])
     gone = tuple(n for n, part in enumerate(last) if part not in goal.parts and n >= len(goal.parts))
-    notes = filter(None, (*second.notes, unread_note(second.unknown, goal)))
-    return GoalRevision(goal, "ok", "edit", "; ".join(notes), changed, gone)
+    return GoalRevision(goal, "ok", "edit", "; ".join(second.notes), changed, gone)
 
 
 def _question(turn: Turn, found: GoalRevision, text: str, goals: Sequence[Goal]) -> GoalRevision:

@@ -19,7 +19,7 @@ WEIGHTY_IF_UNKNOWN = frozenset(
     "turn turned twist twisted lying upright open opened closed third quarter every twice again until unless "
     "parallel perpendicular angle angled without never balance balanced letter letters word words spell tomorrow "
     "later yesterday minutes seconds hours touch touches touching contact something somehow space room "
-    "denser sparser trapezoid hexagon pentagon octagon rhombus".split()
+    "denser sparser trapezoid hexagon pentagon octagon rhombus dance dances dancing".split()
 )
 # Those of them that the labelled corrections have often, with goals that hold them.
 _TAUGHT_IN_CORRECTIONS = frozenset("without open never".split())

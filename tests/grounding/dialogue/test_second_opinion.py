@@ -6,7 +6,7 @@ import pytest
 
 from grounding.dialogue.goal_mentions import GoalText
 from grounding.dialogue.goal_revision import GoalRevision, Turn
-from grounding.dialogue.second_opinion import AS_IT_IS, CERTAIN_OF_CALCULATED, CERTAIN_OF_UNKNOWN, second_opinion
+from grounding.dialogue.second_opinion import AS_IT_IS, CERTAIN_OF_CALCULATED, second_opinion
 from grounding.goal_network.network_reading import NetworkReading
 from grounding.goals.goal import Goal
 from grounding.goals.parts import RelationPart, StructurePart
@@ -45,14 +45,8 @@ def test_certain_goal_takes_the_place_of_a_refusal():
     assert (found.status, found.kind, found.goal, found.changed) == ("ok", "edit", LEFT, (0,))
 
 
-def test_words_that_a_certain_network_does_not_know_are_named():
-    found = opinion(REFUSED, NetworkReading(LEFT, CERTAIN_OF_UNKNOWN, unknown=("gronk",)))
-    assert (found.status, found.goal) == ("ok", LEFT)
-    assert found.message == "read without knowing 'gronk': say so if this changes the wish"
-
-
-@pytest.mark.parametrize("reading", [NetworkReading(LEFT, 0.6), NetworkReading(LEFT, CERTAIN_OF_UNKNOWN - 0.01, unknown=("gronk",))])
-def test_goal_that_is_not_certain_is_offered(reading):
+@pytest.mark.parametrize("reading", [NetworkReading(LEFT, 0.6), NetworkReading(LEFT, 0.99, unknown=("gronk",))])
+def test_goal_that_is_not_certain_or_of_unknown_words_is_offered(reading):
     found = opinion(REFUSED, reading)
     assert (found.status, found.goal) == ("ask", ROW)
     assert found.choices == (LEFT, ROW)
