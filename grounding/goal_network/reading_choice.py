@@ -44,6 +44,8 @@ _KEPT = re.compile(
 _PARALLEL = frozenset("parallel perpendicular".split())  # of a line to an edge; no goal holds how an object lies
 # What was named before, as the network sees it less well than the grammar: "the bowl behind that".
 _POINTS_BACK = re.compile(r"\b(?:behind|in front of|of|next to|beside|on|in) that\b", re.IGNORECASE)
+# Objects that stand in a row already, "the blocks in the front row": the other readers take its side for a place.
+_STANDING_ROW = re.compile(r"\b(?:front|back|rear|near(?:est)?|far|middle|left|right)(?:-hand)? (?:row|column)\b", re.IGNORECASE)
 # An order that an instruction asks for.
 _ORDERED = re.compile(
     r"\b(?:in (?:order|sequence) of|in (?:\w+ )?order|ordered|sort(?:ed)?|by (?:size|height|width|volume|weight))\b", re.IGNORECASE
@@ -141,7 +143,8 @@ def _replaces(second: NetworkReading, first: FirstReading, count: int | None) ->
     reading, goal = first.reading, second.goal
     assert goal is not None
     if first.agreed:
-        return count is not None and second.certainty >= SURER and _differ(goal, first.goal, count)
+        enough = CERTAIN if _STANDING_ROW.search(first.text) else SURER
+        return count is not None and second.certainty >= enough and _differ(goal, first.goal, count)
     if agrees(goal, first.slots) and not first.plain:
         return second.certainty >= CERTAIN
     if first.plain and (count is None or supports(goal, first.goal, second.certainty >= SURE)):

@@ -132,6 +132,14 @@ def test_one_structure_that_two_readers_agree_on_gives_way_to_a_network_that_is_
     assert not counts(read(LINE, SURER), agreed, 3) and not counts(read(along, SURER), agreed, None)
 
 
+def test_a_row_that_stands_already_is_known_to_the_network_alone():
+    everything = Goal((StructurePart("circle", y_position="bottom", objects=(0, 1, 2, 3)),))
+    row = Goal((StructurePart("circle", objects=(0, 1)),))
+    agreed = FirstReading(GoalReading(goal=everything), "ok", everything, True, False, "the blocks in the front row form a circle", agreed=True)
+    assert counts(read(row, CERTAIN), agreed, 4)
+    assert not counts(read(row, CERTAIN), replace(agreed, text="the blocks form a circle in front"), 4)
+
+
 def test_everything_gives_way_to_named_objects_where_the_network_is_sure():
     everything = Goal((StructurePart("line", y_position="bottom"),))
     named = Goal((StructurePart("line", y_position="bottom", objects=(0, 1)),))
