@@ -28,7 +28,7 @@ ANOTHER_GOAL = 0.8  # in place of another goal
 # Where parts contradict each other, a place must be asked for, or nothing seems to be asked for; and that nothing is.
 CONTRARY = 0.9
 SURE = 0.95  # against a rule that forbids to build
-SURER = 0.9  # in place of one plain structure that the grammar and the parser of the five slots agree on
+AGREED_PLAIN = 0.9  # in place of one plain structure that the grammar and the parser of the five slots agree on
 AGREED = 0.5  # in place of a refusal or a question, where the parser of five slots reads the same and no scene is known
 HALF_READ = 0.5  # in place of a plain structure of whose instruction the grammar knows only a part: it is mostly wrong
 # Exceptions that do not follow their noun at once are what the network loses most: another goal that was read stays.
@@ -143,7 +143,7 @@ def _replaces(second: NetworkReading, first: FirstReading, count: int | None) ->
     reading, goal = first.reading, second.goal
     assert goal is not None
     if first.agreed:
-        enough = CERTAIN if _STANDING_ROW.search(first.text) else SURER
+        enough = CERTAIN if _STANDING_ROW.search(first.text) else AGREED_PLAIN
         return count is not None and second.certainty >= enough and _differ(goal, first.goal, count)
     if agrees(goal, first.slots) and not first.plain:
         return second.certainty >= CERTAIN

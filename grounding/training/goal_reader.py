@@ -2,8 +2,8 @@
 
 Most instructions are the labelled ones of `language/goal_lines.tsv`, varied at every use, or two of them joined
 (`grounding.training.joined_instructions`); the others are drawn by `grounding.training.goal_sentences`. On request a
-share of the tasks are corrections of goals, labelled (`language/goal_corrections.tsv`) or drawn. Every twelfth labelled text, chosen by its checksum, is never trained on:
-the loss on these is reported, and confidences are chosen on them.
+share of the tasks are corrections of goals, labelled (`language/goal_corrections.tsv`) or drawn. Every twelfth labelled
+text, chosen by its checksum, is never trained on: the loss on these is reported, and confidences are chosen on them.
 """
 
 from __future__ import annotations
@@ -237,14 +237,15 @@ class _Texts:
         cls, rng: np.random.Generator, corrections: bool, network: GoalNetwork | None, encoder: SentenceEncoder
     ) -> _Texts:
         lines = [line for line in goal_lines() if not held_out(line)]
+        corrected_ones = lines if corrections else []  # their goals are made of labels, which takes a while
         own, tasks = (
             _Labelled(each, None if network is None else losses_of(network, encoder, each))
             for each in (_tasks(goal_lines(), seen=True), _tasks(goal_corrections(), seen=True) if corrections else [])
         )
         labelled_ones = [row for row in goal_corrections() if not held_out(row)]
-        transferred = TransferredCorrections(labelled_ones, lines, rng)
+        transferred = TransferredCorrections(labelled_ones, corrected_ones, rng)
         joined = JoinedInstructions(lines, rng)
-        return cls(own, tasks, GoalSentences(rng), joined, DrawnCorrections(lines, rng), transferred)
+        return cls(own, tasks, GoalSentences(rng), joined, DrawnCorrections(corrected_ones, rng), transferred)
 
     def draw(self, rng: np.random.Generator, corrections: float) -> LabelledGoal:
         """Draw a task, a correction with this probability, and vary it."""

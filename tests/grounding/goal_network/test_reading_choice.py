@@ -8,13 +8,13 @@ import pytest
 
 from grounding.goal_network.network_reading import NetworkReading
 from grounding.goal_network.reading_choice import (
+    AGREED_PLAIN,
     ANOTHER_GOAL,
     CERTAIN,
     CONTRARY,
     HALF_READ,
     IMPOSSIBLE,
     SURE,
-    SURER,
     FirstReading,
     counts,
     doubted,
@@ -67,7 +67,7 @@ def test_questions_conditions_and_weighty_words_stay_refused_unless_the_network_
 
 @pytest.mark.parametrize("known", [{"work": ("pour",)}, {"never": ("half of the",)}, {"definite": True}])
 def test_other_work_and_what_no_goal_can_hold_stay_refused(known):
-    assert not counts(read(certainty=SURER), replace(REFUSED, reading=replace(UNKNOWN, **known)), 3)
+    assert not counts(read(certainty=1.0), replace(REFUSED, reading=replace(UNKNOWN, **known)), 3)
 
 
 def test_a_statement_that_begins_like_a_question_needs_more_certainty():
@@ -128,8 +128,8 @@ def test_a_network_goal_that_loses_what_was_understood_is_not_taken():
 def test_one_structure_that_two_readers_agree_on_gives_way_to_a_network_that_is_surer_still():
     agreed = FirstReading(GoalReading(goal=LINE), "ok", LINE, True, False, agreed=True)
     along = Goal((StructurePart("line", objects=(0, 1), along="near"),))
-    assert counts(read(along, SURER), agreed, 3) and not counts(read(along, SURER - 0.001), agreed, 3)
-    assert not counts(read(LINE, SURER), agreed, 3) and not counts(read(along, SURER), agreed, None)
+    assert counts(read(along, AGREED_PLAIN), agreed, 3) and not counts(read(along, AGREED_PLAIN - 0.001), agreed, 3)
+    assert not counts(read(LINE, AGREED_PLAIN), agreed, 3) and not counts(read(along, AGREED_PLAIN), agreed, None)
 
 
 def test_a_row_that_stands_already_is_known_to_the_network_alone():
@@ -148,7 +148,7 @@ def test_everything_gives_way_to_named_objects_where_the_network_is_sure():
 
 
 def test_a_goal_without_parts_is_none():
-    assert not counts(read(Goal(), SURER), replace(REFUSED, slots=StructureSpec()), 3)
+    assert not counts(read(Goal(), AGREED_PLAIN), replace(REFUSED, slots=StructureSpec()), 3)
 
 
 def test_an_order_that_is_asked_for_is_not_lost():
