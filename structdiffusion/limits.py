@@ -28,6 +28,13 @@ BAG_FILE_TIMES = 50
 # Bytes of one message in an SQLite database, which can claim data of any size that it makes up itself.
 BAG_MESSAGE_BYTES = 256_000_000
 
+# Points of a cloud, and pixels of a picture, that are read at all: industrial depth cameras have 8 million, and 20
+# million points take 1 to 2 GB on the way to objects.
+MOST_POINTS = 20_000_000
+MOST_PIXELS = 20_000_000
+# Bytes that the points of a compressed cloud unpack to: 20 million with colours and normals have 960 MB.
+CLOUD_UNPACKED_BYTES = 1_000_000_000
+
 # --- texts -----------------------------------------------------------------------------------
 
 # Bytes of a camera's file: those of data sets have less than 10 kB.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from agent.errors import BadInput
+from agent.recordings.cloud_colors import COLOR_FIELDS, colors_of
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 IMAGE = "sensor_msgs/msg/Image"
@@ -64,28 +65,18 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
         named = ", ".join(field.name for field in message.fields) or "none"
         raise BadInput(f"a cloud has no usable field {' and '.join(missing)}; its fields: {named}")
 
-    def values(name: str, kind: str | None = None) -> np.ndarray:
-        """Return a field as a view (H, W) of the message; `kind` interprets the bytes as another type."""
-        found, offset = kinds[name]
-        dtype = np.dtype({"names": ["it"], "formats": [kind or found], "offsets": [offset], "itemsize": step})
+    def values(name: str) -> np.ndarray:
+        """Return a field as a view (H, W) of the message."""
+        kind, offset = kinds[name]
+        dtype = np.dtype({"names": ["it"], "formats": [kind], "offsets": [offset], "itemsize": step})
         return np.ndarray((height, width), dtype, np.ascontiguousarray(message.data), 0, (row_step, step))["it"]
 
     points = np.empty((height, width, 3), np.float32)
     with np.errstate(over="ignore", invalid="ignore"):
         for column, axis in enumerate("xyz"):
             points[..., column] = values(axis)
-    return without_nothing(points), _cloud_colors(kinds, values, order)
-
-
-def _cloud_colors(kinds: dict[str, tuple[str, int]], values: Any, order: str) -> np.ndarray | None:
-    """Return the colours of a cloud, packed into four bytes of any type, or in separate fields."""
-    for name in ("rgb", "rgba"):
-        if name in kinds and np.dtype(kinds[name][0]).itemsize == 4:
-            packed = values(name, order + "u4")
-            return np.stack([(packed >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=-1)
-    if all(name in kinds and kinds[name][0].endswith("u1") for name in "rgb"):
-        return np.stack([values(name) for name in "rgb"], axis=-1)
-    return None
+    colored = {name: values(name) for name in kinds.keys() & COLOR_FIELDS}
+    return without_nothing(points), colors_of(colored, (height, width))
 
 
 def without_nothing(points: np.ndarray) -> np.ndarray:

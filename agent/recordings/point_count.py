@@ -9,7 +9,6 @@ import numpy as np
 
 from agent.recordings.recording import DepthFrame
 
-MOST_READ = 20_000_000  # points of one cloud: reading that many takes 2 GB
 _MOST_ORGANISED = 1_600_000  # pixels: what industrial cameras give is halved in both directions
 _MOST_UNORGANISED = 400_000
 _FINEST, _COARSER = 0.0015, 1.4  # m between the points that are kept first, and by which factor it grows
