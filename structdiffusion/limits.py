@@ -32,6 +32,8 @@ BAG_MESSAGE_BYTES = 256_000_000
 # million points take 1 to 2 GB on the way to objects.
 MOST_POINTS = 20_000_000
 MOST_PIXELS = 20_000_000
+# Bytes of a file with a picture: as many pixels of four floats have more, and nobody writes such.
+PICTURE_BYTES = 256_000_000
 # Bytes that the points of a compressed cloud unpack to: 20 million with colours and normals have 960 MB.
 CLOUD_UNPACKED_BYTES = 1_000_000_000
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
 
 from agent.errors import BadInput
 from agent.recordings.cloud_colors import COLOR_FIELDS, colors_of
+from agent.recordings.sizes import check_points
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 IMAGE = "sensor_msgs/msg/Image"
@@ -54,15 +56,16 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
             f"a cloud of {width} x {height} points of {step} bytes, {row_step} a row, needs {needed} bytes "
             f"and has {len(message.data)}"
         )
+    check_points(height * width, "a cloud")
     order = ">" if message.is_bigendian else "<"
-    kinds = {}
+    kinds: dict[str, tuple[str, int]] = {}
     for field in message.fields:
         kind = _FIELD_TYPES.get(field.datatype)
         if kind is not None and field.offset + np.dtype(kind).itemsize <= step:
-            kinds[field.name.lower()] = (order + kind, field.offset)
+            kinds.setdefault(field.name.lower(), (order + kind, field.offset))
     missing = [axis for axis in "xyz" if axis not in kinds]
     if missing:
-        named = ", ".join(field.name for field in message.fields) or "none"
+        named = shorten(", ".join(field.name for field in message.fields[:20]) or "none", 300, placeholder=" ...")
         raise BadInput(f"a cloud has no usable field {' and '.join(missing)}; its fields: {named}")
 
     def values(name: str) -> np.ndarray:
