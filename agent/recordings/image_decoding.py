@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ _YUV = {  # two pixels in four bytes: where their brightness is, and the two par
     "yuv422_yuy2": ((0, 2), 1, 3),
     "yuyv": ((0, 2), 1, 3),
 }
+_BAND_PIXELS = 1_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
 _COMPRESSED = ("JPEG", "PNG")
 _RVL_SIZE = "<II"
@@ -62,11 +64,13 @@ def color_picture(message: Any) -> np.ndarray:
         BadInput: if the encoding is not known, or the message contradicts itself.
     """
     if message.encoding in _YUV:
-        return _from_yuv(_pixels(message, "u1", 2), *_YUV[message.encoding])
+        return _in_bands(_pixels(message, "u1", 2), lambda rows: _from_yuv(rows, *_YUV[message.encoding]))
     if (mosaic := message.encoding.rstrip("0123456789")) in MOSAICS:
         wide = message.encoding.endswith("16")
         pixels = _pixels(message, "u2" if wide else "u1", 1)[..., 0]
-        return np.rint(colors_of_mosaic(pixels >> 8 if wide else pixels, mosaic)).astype(np.uint8)
+        return _in_bands(
+            pixels, lambda rows: np.rint(colors_of_mosaic(rows >> 8 if wide else rows, mosaic)).astype(np.uint8)
+        )
     if message.encoding not in _COLORS:
         legal = ", ".join([*_COLORS, *_YUV, *(f"{name}{bits}" for name in MOSAICS for bits in (8, 16))])
         raise BadInput(f"a picture of encoding {message.encoding!r} cannot be used for colour; legal: {legal}")
@@ -173,6 +177,22 @@ def _pixels(message: Any, kind: str, channels: int) -> np.ndarray:
     check_pixels(width, height, "a picture")
     strides = (step, channels * dtype.itemsize, dtype.itemsize)
     return np.ndarray((height, width, channels), dtype, np.ascontiguousarray(message.data), 0, strides)
+
+
+def _in_bands(pixels: np.ndarray, convert: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the colours (H, W, 3) of pixels (H, W, ...), some rows at a time, for which floats are made.
+
+    Args:
+        convert: for an even number of rows; the first and the last two of them are seen by their neighbours alone.
+    """
+    height, width = pixels.shape[:2]
+    colors = np.empty((height, width, 3), np.uint8)
+    rows = max(2, _BAND_PIXELS // width // 2 * 2)
+    for start in range(0, height, rows):
+        above = min(start, 2)
+        band = convert(pixels[start - above : start + rows + 2])
+        colors[start : start + rows] = band[above : above + rows]
+    return colors
 
 
 def _from_yuv(pixels: np.ndarray, brightness: tuple[int, int], blue: int, red: int) -> np.ndarray:
