@@ -257,7 +257,7 @@ def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list
     first_from_base = np.linalg.inv(frames.pose(path))
     still = looks[:1]
     for look in looks[1:]:
-        then = read_frames(bag, look.value.stamp, [(camera, base)])
+        then = read_frames(bag, look.value.stamp, [(camera, base)], frames)
         moved = first_from_base @ then.pose(then.path(base, camera))
         if (
             np.linalg.norm(moved[:3, 3]) < _SAME_PLACE[0]
