@@ -101,7 +101,7 @@ def _choice(answer: bytes) -> tuple[Mapping[str, Any], str]:
         return choice["message"], _word(choice.get("finish_reason"))
     message: dict[str, str] = {}
     finish = ""
-    for line in answer.decode("utf-8").splitlines():
+    for line in answer.decode("utf-8").split("\n"):
         if not line.startswith("data:") or line[5:].strip() == "[DONE]":
             continue
         for choice in json.loads(line[5:], object_pairs_hook=each_key_once).get("choices", [])[:1]:
