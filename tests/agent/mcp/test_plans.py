@@ -31,7 +31,7 @@ def test_an_unknown_plan_is_refused_with_those_that_there_are(ledger):
     with pytest.raises(UsageError, match="^there is no plan \"plan-1\"; there is none now; call propose for one$"):
         ledger.look_up("plan-1")
     issue(ledger), issue(ledger)
-    with pytest.raises(UsageError, match=r"^there is no plan 'xxx.{0,50}\.\.\.'; legal: plan-1, plan-2$"):
+    with pytest.raises(UsageError, match=r'^there is no plan "x+\.\.\."; legal: plan-1, plan-2$'):
         ledger.look_up("x" * 10_000)
 
 
