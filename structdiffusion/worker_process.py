@@ -114,7 +114,7 @@ def _death(exit_code: int | None) -> str:
 def _serve(pipe: Connection, work: bytes, folder: str) -> None:
     """Be a worker process: `work` is a pickled `Work`, `folder` the temporary folder with the socket of the server."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _end_with_parent(folder)
+    end_with_parent(folder)
     try:
         import_pybullet_silently()
         worker = Worker(pickle.loads(work))
@@ -153,14 +153,19 @@ class Worker:
         return self._task(self._loaded, job)
 
 
-def _end_with_parent(folder: str) -> None:
-    """Let this worker process end when the process that started it has ended, however that came."""
+def end_with_parent(folder: str | None = None) -> None:
+    """Let this process end when the one that started it (by `multiprocessing`) has ended, however that came.
+
+    Args:
+        folder: a temporary folder of that process, which one that was killed could not remove; `None` for none.
+    """
     threading.Thread(target=_wait_for_parent, args=(folder,), daemon=True).start()
 
 
-def _wait_for_parent(folder: str) -> None:
+def _wait_for_parent(folder: str | None) -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
-    shutil.rmtree(folder, ignore_errors=True)  # a parent that was killed could not remove it
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
     os._exit(1)

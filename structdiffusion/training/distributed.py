@@ -19,7 +19,7 @@ from torch.multiprocessing import start_processes
 
 from structdiffusion.data.npz_files import DataFolderError
 from structdiffusion.models.checkpoint import CheckpointError
-from structdiffusion.worker_process import safe_path, worker_context
+from structdiffusion.worker_process import end_with_parent, safe_path, worker_context
 
 if TYPE_CHECKING:
     from structdiffusion.training.loss import Loss
@@ -94,6 +94,7 @@ def in_processes(work: Callable[..., None], count: int, *arguments: Any) -> None
 
 
 def _start(rank: int, work: Callable[..., None], count: int, port: int, failures: Any, arguments: tuple) -> None:
+    end_with_parent()
     torch.set_num_threads(max(1, torch.get_num_threads() // count))
     loopback = "lo0" if sys.platform == "darwin" else "lo"  # a host name may lead to a network without a way back
     os.environ.setdefault("GLOO_SOCKET_IFNAME", loopback)

@@ -6,12 +6,15 @@ training.
 
 from __future__ import annotations
 
-import os
+import io
+import multiprocessing
 from pathlib import Path
 
 import numpy as np
 
 from agent.training.segmentation.views import View, draw_views
+from grounding.atomic_files import write_whole
+from structdiffusion.worker_process import end_with_parent
 
 PER_SHARD = 64  # views
 _PER_SCENE = 3
@@ -27,6 +30,8 @@ def fill(folder: Path, first: int, count: int, step: int, seed: int) -> None:
         count: shards of the whole pool.
         seed: of the pool; shard k is the same for every number of processes.
     """
+    if multiprocessing.parent_process() is not None:
+        end_with_parent()
     lacking = set(missing(folder, count))
     for number in range(first, count, step):
         if number not in lacking:
@@ -37,10 +42,9 @@ def fill(folder: Path, first: int, count: int, step: int, seed: int) -> None:
         while len(views) < PER_SHARD:
             views += draw_views(rng, _PER_SCENE)
         arrays = {name: np.stack([getattr(view, name) for view in views[:PER_SHARD]]) for name in _NAMES}
-        half_written = folder / f"{number:05d}.part"
-        with half_written.open("wb") as file:
-            np.savez(file, **arrays)
-        os.replace(half_written, path)
+        content = io.BytesIO()
+        np.savez(content, **arrays)
+        write_whole(path, content.getvalue())
 
 
 def missing(folder: Path, count: int) -> list[int]:
