@@ -33,7 +33,7 @@ from agent.cli.options import (
     WeightsOption,
     recorded_options,
 )
-from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.output_ownership import claim_folder
 from agent.runtime.stdio import import_pybullet_silently
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def serve(
 
     check_installed()
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-serve"
-    check_own_folder(folder, "chat", force)
+    claim_folder(folder, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     import_pybullet_silently()
