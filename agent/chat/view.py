@@ -25,6 +25,7 @@ from agent.reporting.event_text import (
     describe_row,
     parse_notes,
     part_lines,
+    trial_note,
     verdict_sentence,
     verdict_title,
 )
@@ -326,6 +327,8 @@ class ChatScreen:
             verdict, style = ("passed", "") if check["passed"] else ("failed", "red")
             self._text.line(f"  {verdict}  {check_sentence(check)}", style)
         self._text.line(f"  {verdict_sentence(payload)}", "bold green" if payload["success"] else "bold red")
+        if note := trial_note(payload):
+            self.note(f"  {note}")
 
     def _asked(self, payload: Mapping[str, Any]) -> None:
         self._text.line(payload["question"], "bold")
