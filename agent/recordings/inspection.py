@@ -18,6 +18,7 @@ from agent.rendering.text import aligned, number
 SCHEMA_VERSION = 2
 _FIRST_REACH = 0.1  # s; the last message of a topic is looked for so far before the bag's end, then further
 _GROWTH = 10.0
+_MOST_LINES = 200  # of the frames' tree that are printed
 _DEEPEST = 20  # the frames' tree is not indented further
 
 
@@ -193,8 +194,11 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
     print(aligned(rows, left=3), file=results)
     if info.frames:
         print("\nframes", file=results)
-        for line in _tree(info.frames):
+        lines = _tree(info.frames)
+        for line in lines[:_MOST_LINES]:
             print(f"  {line}", file=results)
+        if len(lines) > _MOST_LINES:
+            print(f"  ... and {len(lines) - _MOST_LINES:,} more; --json has all", file=results)
     print("\navailable", file=results)
     rows = [(f"  {what}", "yes" if given else "no") for what, given in info.available.items()]
     print(aligned(rows), file=results)
