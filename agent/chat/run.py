@@ -24,6 +24,7 @@ from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
+from agent.runtime.memory import give_back
 from grounding.spec import LEGAL_VALUES
 
 if TYPE_CHECKING:
@@ -96,6 +97,7 @@ def converse(
 
                 def waiting() -> None:
                     stopped()
+                    give_back()
                     if viewer is not None:
                         viewer.on_waiting(conversation)
 
