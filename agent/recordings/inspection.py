@@ -13,7 +13,7 @@ from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.load import used
 from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
 from agent.recordings.topic_selection import Choice, check_named, choose, offers
-from agent.rendering.text import aligned, number
+from agent.rendering.text import aligned, columns_of, number
 
 SCHEMA_VERSION = 2
 _FIRST_REACH = 0.1  # s; the last message of a topic is looked for so far before the bag's end, then further
@@ -176,6 +176,7 @@ def _use(
 
 def print_bag_info(info: BagInfo, results: TextIO) -> None:
     """Print the content of a bag as text."""
+    columns = columns_of(results)
     print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
     rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
     rows += [
@@ -190,17 +191,18 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
         )
         for topic in info.topics
     ]
-    print(aligned(rows, left=3), file=results)
+    print(aligned(rows, 3, columns), file=results)
     if info.frames:
         print("\nframes", file=results)
         for line in _tree(info.frames):
             print(f"  {line}", file=results)
     print("\navailable", file=results)
     rows = [(f"  {what}", "yes" if given else "no") for what, given in info.available.items()]
-    print(aligned(rows), file=results)
+    print(aligned(rows, width=columns), file=results)
     if info.used:
         print("\nused as", file=results)
-        print(aligned([(f"  {role.replace('_', ' ')}", topic) for role, topic in info.used.items()]), file=results)
+        rows = [(f"  {role.replace('_', ' ')}", topic) for role, topic in info.used.items()]
+        print(aligned(rows, width=columns), file=results)
     for sentence in info.notes:
         print(f"\nnote: {sentence}", file=results)
 
