@@ -17,6 +17,7 @@ import json
 import os
 import stat
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,30 @@ _KINDS = {"run": "a run", "chat": "a chat", "batch": "a batch", "evaluation": "a
 _LARGEST_REPORT = 64 * 2**20  # bytes; a larger file is no report of a run
 
 Recognise = Callable[[Path], bool]
+
+
+@dataclass(frozen=True)
+class OwnFolder:
+    """The output folder of a command.
+
+    Attributes:
+        folder: made if needed.
+        kind: of what it holds: "run", "chat", "batch" or "evaluation".
+    """
+
+    folder: Path
+    kind: str
+
+    def write(self, name: str, content: bytes) -> Path:
+        """Write a file into it, as one of this tool's own; return its path.
+
+        Raises:
+            OSError: if it cannot be written.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        mark(self.folder, self.kind, files_written(self.folder, self.kind) | {name})
+        write_whole(self.folder / name, content)
+        return self.folder / name
 
 
 def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> None:
