@@ -19,6 +19,7 @@ from typing import Any
 from structdiffusion.simulation.pybullet_import import import_pybullet_silently
 
 WORKER_DIED = "worker died"
+_ENDING = {signal.SIGTERM, signal.SIGHUP}
 READY, RESULT, ERROR = "ready", "result", "error"  # what a worker process says
 
 
@@ -72,8 +73,9 @@ class WorkerProcess:
         self.pipe, theirs = context.Pipe()
         self.job: tuple[int, Any] | None = None
         self._process = context.Process(target=_serve, args=(theirs, work, get_temp_dir()), daemon=True)
-        # Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        # Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide. No signal may end
+        # the start halfway, because a process that gets half of its work ends with a traceback.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *_ENDING})
         try:
             with safe_path():
                 self._process.start()
@@ -114,6 +116,8 @@ def _death(exit_code: int | None) -> str:
 def _serve(pipe: Connection, work: bytes, folder: str) -> None:
     """Be a worker process: `work` is a pickled `Work`, `folder` the temporary folder with the socket of the server."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # a closed terminal reaches all of them likewise
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
     end_with_parent(folder)
     try:
         import_pybullet_silently()
