@@ -78,6 +78,14 @@ def serve(
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
     ] = True,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Build the best arrangement without asking.")] = False,
+    any_file: Annotated[
+        bool,
+        typer.Option(
+            "--any-file",
+            help="Let /load, /save and /report in a page of this machine name any file, not only files in DIR and in the "
+            "current folder.",
+        ),
+    ] = False,
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
@@ -104,7 +112,7 @@ def serve(
     options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with folder_or_new(out, "serve") as folder:
         session = folder / "session.jsonl"
-        code = serve_chat(options, session, host, port, token, yes)
+        code = serve_chat(options, session, host, port, token, yes, any_file)
     print(f"session: {session}", file=sys.stderr)
     if code:
         raise typer.Exit(code)

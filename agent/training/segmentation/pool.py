@@ -7,14 +7,12 @@ training.
 from __future__ import annotations
 
 import io
-import multiprocessing
 from pathlib import Path
 
 import numpy as np
 
 from agent.training.segmentation.views import View, draw_views
 from grounding.atomic_files import write_whole
-from structdiffusion.worker_process import end_with_parent
 
 PER_SHARD = 64  # views
 _PER_SCENE = 3
@@ -30,8 +28,6 @@ def fill(folder: Path, first: int, count: int, step: int, seed: int) -> None:
         count: shards of the whole pool.
         seed: of the pool; shard k is the same for every number of processes.
     """
-    if multiprocessing.parent_process() is not None:
-        end_with_parent()
     lacking = set(missing(folder, count))
     for number in range(first, count, step):
         if number not in lacking:
