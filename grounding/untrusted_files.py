@@ -76,9 +76,11 @@ def check_weights(path: Path, most: int = WEIGHTS_BYTES) -> None:
             raise ValueError(f"its header has {length} bytes; at most {HEADER_BYTES} are read")
         header = file.read(length)
     try:
-        tensors = json.loads(header, object_pairs_hook=_once)
+        tensors = json.loads(header.decode(), object_pairs_hook=_once)
     except RecursionError as error:
         raise ValueError("its header is too deep") from error
+    except UnicodeDecodeError as error:
+        raise ValueError("its header is no text") from error
     if not isinstance(tensors, dict) or len(tensors) > TENSORS:
         what = f"lists {len(tensors)} tensors; at most {TENSORS} are read" if isinstance(tensors, dict) else "is no object"
         raise ValueError(f"its header {what}")

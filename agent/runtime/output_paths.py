@@ -68,8 +68,9 @@ def folder_or_new(folder: Path | None, name: str) -> Iterator[Path]:
     if folder is not None:
         yield folder
         return
-    first = Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-{name}"
-    for folder in (first, *(first.with_name(f"{first.name}-{number}") for number in count(2))):
+    name = f"{datetime.now():%Y%m%d-%H%M%S}-{name}"
+    for number in count(1):
+        folder = Path("out") / (name if number == 1 else f"{name}-{number}")
         with suppress(FileExistsError):
             folder.mkdir(parents=True)
             break
