@@ -16,6 +16,7 @@ LAYERS = (
         "grounding.lazy_pattern",
         "grounding.linear_algebra",
         "grounding.structure_words",
+        "grounding.untrusted_files",
     ),
     ("agent.errors", "agent.event_base", "grounding.spec", "structdiffusion.geometry", "structdiffusion.limits"),
     (
