@@ -23,6 +23,8 @@ class Printer(Protocol):
 
     def line(self, text: str, style: str = "") -> None: ...
 
+    def answer(self, text: str) -> None: ...
+
     def question(self, question: str, options: Sequence[str]) -> None: ...
 
     def check(self, passed: bool, sentence: str) -> None: ...
@@ -65,6 +67,11 @@ class TextPrinter:
             text, self._console.width, subsequent_indent=indent, drop_whitespace=True, break_on_hyphens=False
         )
         self._console.print(Text("\n".join(lines), style), highlight=False, soft_wrap=True)
+
+    def answer(self, text: str) -> None:
+        """Print the lines of an answer; those with columns are aligned already."""
+        for line in text.splitlines():
+            self.line(line)
 
     def question(self, question: str, options: Sequence[str]) -> None:
         """Print a question with its numbered options."""

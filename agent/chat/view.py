@@ -252,8 +252,7 @@ class ChatScreen:
 
     def _answered(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["question"])
-        for line in payload["answer"].splitlines():
-            self._text.line(line)
+        self._text.answer(payload["answer"])
 
     def _perceived(self, payload: Mapping[str, Any]) -> None:
         first, self._scene = self._scene is None, payload

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 from rich.text import Text
@@ -13,6 +15,8 @@ from agent.rendering.object_markers import Marker
 from agent.rendering.text import duration, number
 from agent.reporting.event_text import shortcoming
 from agent.runtime.terminal_text import visible
+
+_COLUMNS = re.compile(" {2,}")
 
 
 class Transcript:
@@ -43,6 +47,16 @@ class Transcript:
     def line(self, text: str, style: str = "") -> None:
         """Send a line; `style` has the words bold, dim, red and green."""
         self._send("line", text=text.strip(), style=style)
+
+    def answer(self, text: str) -> None:
+        """Send the lines of an answer; those with columns, which two spaces part, as a table."""
+        lines = [_COLUMNS.split(line.strip()) for line in text.splitlines()]
+        for in_columns, these in groupby(lines, lambda cells: len(cells) > 1):
+            if in_columns:
+                self.rows(list(these))
+            else:
+                for (line,) in these:
+                    self.line(line)
 
     def question(self, question: str, options: Sequence[str]) -> None:
         """Send a question with its options."""

@@ -55,7 +55,7 @@ const told = {
   },
   asking({ prompt, choices, choosing, stopping }) {
     Object.assign(state, { prompt, choosing, stopping });
-    at("choices").replaceChildren(...choices.map(({ label, line }) => button(label, () => say(line))));
+    at("choices").replaceChildren(...choices.map(({ label, line }) => button(label, () => answer(line))));
     at("refused").hidden = true;
     refresh();
   },
@@ -100,8 +100,10 @@ function refresh() {
   bar.hidden = !state.motions;
   bar.max = state.motions || 1;
   bar.value = state.placed;
-  const stage = state.motions ? `${state.stage} (${state.placed} of ${state.motions})` : state.stage;
-  at("stage-text").textContent = state.stopping ? "stopping" : (!asked && !state.motions && state.busy) || stage;
+  // Where nothing is at work, the chat itself says what came of it.
+  const counted = `${state.stage} (${state.placed} of ${state.motions})`;
+  const stage = state.motions ? counted : asked || state.outcome ? "" : state.busy || state.stage;
+  at("stage-text").textContent = state.stopping ? "stopping" : stage;
   at("stage-text").className = state.outcome;
   candidates.allow(drives && state.choosing, building);
 }
@@ -114,6 +116,12 @@ function send(message) {
 
 function say(line) {
   send({ kind: "line", line });
+}
+
+// Sends the line of a button, which is gone then: the keyboard goes on in the line, where there is one.
+function answer(line) {
+  say(line);
+  if (matchMedia("(pointer: fine)").matches) at("line").focus();
 }
 
 at("form").addEventListener("submit", (event) => {

@@ -150,10 +150,13 @@ def test_the_chat_is_shown_as_text_and_lines_are_sent(opened, view, screen, line
     screen.on_event(events.Asked("object", hostile, (hostile, "cup 1")))
     screen.listing([(hostile, hostile)])
     screen.said(hostile)
+    screen.on_event(events.Answered("what is there?", "two objects:\n  cup 1   red\n  cup 22  blue"))
     screen.complain("that cannot be built")
     page.wait("document.querySelector('#log .red')?.textContent === 'that cannot be built'")
     assert page.value("document.querySelectorAll('#log img, #log script').length") == 0
     assert page.value("document.getElementById('log').textContent.split('<script>').length") == 7
+    cells = page.value("[...[...document.querySelectorAll('#log table')].at(-1).rows].map(r => [...r.cells].map(c => c.textContent))")
+    assert cells == [["cup 1", "red"], ["cup 22", "blue"]]
     assert page.value("getComputedStyle(document.querySelector('#log .red')).fontFamily").find("mono") < 0
     page.type("#line", "put the boxes in a circle")
     wait_for_lines(page, lines, ["put the boxes in a circle"])
