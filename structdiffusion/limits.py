@@ -7,10 +7,7 @@ truncated silently. Every limit is far above what recorders, scanners and traine
 from __future__ import annotations
 
 import errno
-import json
-import struct
 from pathlib import Path
-from typing import Any
 
 # --- recordings ------------------------------------------------------------------------------
 
@@ -89,11 +86,15 @@ MESH_FACES = 600_000
 # less than a depth camera can tell. The hull of a round mesh has a corner at every vertex, and time and memory grow
 # with them: 327,680 faces took 25 s and 870 MB.
 MESH_FINE_FACES = 60_000
-# Seconds on the clock for preparing one mesh of more than `SLOW_BYTES`, or more than `MESH_FINE_FACES` in a .glb file:
+# Seconds on the clock for preparing one mesh of more than `SLOW_BYTES`, or more than `MESH_FINE_FACES` in a glTF file:
 # 327,680 faces take 6 s of a processor's time, and nine times that where six programs want it.
 MESH_SECONDS = 120.0
-# Bytes of the text that begins a .glb file, which says what its numbers mean.
-GLB_TEXT_BYTES = 10_000_000
+# Bytes of the text that begins a .glb file, which says what its numbers mean; and the nodes of a mesh file.
+GLTF_TEXT_BYTES = 10_000_000
+MESH_NODES = 20_000
+# Meshes in a folder and its subfolders, and files that are looked at there: a home folder is none of meshes.
+FOLDER_MESHES = 1_000
+FOLDER_FILES = 20_000
 # Distances that are held in memory at once: 32 MB of them.
 DISTANCES_AT_ONCE = 4_000_000
 
@@ -112,7 +113,7 @@ CONFIG_NUMBER = 8_192
 # Layers of a network: ours have 4.
 CONFIG_LAYERS = 64
 # Trainable numbers of a network, 4 bytes each: ours have 2 million.
-PARAMETERS = 200_000_000
+PARAMETERS = 50_000_000
 # Bytes of a checkpoint's weights: those of as many numbers.
 WEIGHTS_BYTES = 4 * PARAMETERS
 
@@ -128,38 +129,3 @@ def read_at_most(path: Path, most: int) -> bytes:
     if len(content) > most:
         raise OSError(errno.EFBIG, f"it has more than {most} bytes, and no more are read", str(path))
     return content
-
-
-def glb_faces(path: Path, longest_text: int = GLB_TEXT_BYTES) -> int:
-    """Return the approximate number of faces in a .glb file's scene, each mesh counted as often as it is placed.
-
-    A file of a kilobyte can place a mesh a million times, or claim numbers that are not in it.
-
-    Raises:
-        ValueError: if it is not a .glb file, or its text is longer than `longest_text` bytes.
-    """
-    with path.open("rb") as file:
-        header = file.read(20)
-        if len(header) < 20 or header[:4] != b"glTF":
-            raise ValueError("it does not begin as a .glb file does")
-        (length,) = struct.unpack("<I", header[12:16])
-        if length > longest_text:
-            raise ValueError(f"its text has {length} bytes; at most {longest_text} are read")
-        content = json.loads(file.read(length))
-    try:
-        faces = [
-            sum(_primitive_faces(content, part) for part in mesh["primitives"]) for mesh in content.get("meshes", [])
-        ]
-        placed = [node["mesh"] for node in content.get("nodes", []) if "mesh" in node]
-        return max(sum(faces), sum(faces[mesh] for mesh in placed))
-    except (LookupError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError("its text is damaged") from error
-
-
-def _primitive_faces(content: dict[str, Any], part: dict[str, Any]) -> int:
-    accessor = part["indices"] if "indices" in part else part["attributes"]["POSITION"]
-    count = content["accessors"][accessor]["count"]
-    points = content["accessors"][part["attributes"]["POSITION"]]["count"]
-    if not (isinstance(count, int) and isinstance(points, int)):
-        raise TypeError
-    return max(count, points) // 3

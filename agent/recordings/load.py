@@ -24,6 +24,7 @@ from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
 from agent.recordings.point_count import lens_of_every, step_of, told_of, with_fewer_points
 from agent.recordings.recording import DepthFrame, ReadingOf, Recording
+from agent.recordings.survey import first_times
 from agent.recordings.synchronization import Found, around, fused
 from agent.recordings.tf_tree import (
     Frames,
@@ -170,8 +171,7 @@ def _moment(bag: Bag, at: float | None, choice: Choice, joints: list[Stream]) ->
         return bag.start + round(at * 1e9)
     offered = [choice.points, choice.depth, choice.depth_info, choice.color, choice.color_info]
     needed = [offer.stream for offer in offered if offer is not None] + joints[:1] + transform_streams(bag)
-    firsts = [next(bag.messages([stream]), None) for stream in needed if stream.count]
-    return max(message.recorded for message in firsts if message is not None)
+    return max(first_times(bag, needed).values())
 
 
 def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
