@@ -261,8 +261,10 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     if not path:
         return None, [*notes, f"tf does not connect the camera's frame {camera!r} with the arm's {base!r}"]
     parents_of = frames.parents()
-    several = [name for name in path if len(parents_of.get(name, ())) > 1]
-    told = [f"tf gives the frame {name!r} {len(parents_of[name])} parents ({_some(parents_of[name])})" for name in several]
+    several = {name: parents_of[name] for name in path if len(parents_of.get(name, ())) > 1}
+    told = [
+        f"tf gives the frame {name!r} {len(parents)} parents ({_some(parents)})" for name, parents in several.items()
+    ]
     notes += _first(told, "tf gives {} more frames several parents")
     if not base.endswith("link_base"):
         notes.append(f"tf has no PREFIX_link_base; the frame {base!r} was taken for the arm's base")
