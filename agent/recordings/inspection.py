@@ -153,8 +153,9 @@ def _use(
         notes.append(str(error))
     firsts = [next(bag.messages([stream]), None) for stream in transform_streams(bag) if not is_static(stream)]
     moment = max((message.recorded for message in firsts if message is not None), default=bag.start)
-    arm, arm_stream, said = arm_state(bag, joint_streams(bag, named.get("joints")), moment)
-    notes += said
+    found = arm_state(bag, joint_streams(bag, named.get("joints")), moment)
+    arm = found.state
+    notes += found.notes
     tf = read_frames(bag, moment, [(camera, "")] if camera else [])
     try:
         pose, said = base_from_camera(tf, camera, arm.prefix if arm else "") if camera else (None, tf.spoilt)
@@ -170,7 +171,7 @@ def _use(
         "arm's joints": arm is not None,
         "camera to arm": pose is not None,
     }
-    use = used(choice, arm_stream, bag if pose is not None else None)
+    use = used(choice, found.stream, bag if pose is not None else None)
     return tuple(FrameInfo(child, parent, static) for parent, child, static in frames), available, use, notes
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from agent.errors import BadInput, UsageError
 from agent.recordings.bag_reader import METADATA, STORAGES, Bag, Message, Stream, open_bag
 from agent.recordings.cloud_frame import in_optical_frame
-from agent.recordings.image_decoding import color_picture, compressed_color, compressed_depth, depth_picture
+from agent.recordings.depth_scale import Scale, scale_of, stored
+from agent.recordings.image_decoding import color_picture, compressed_color
 from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
 from agent.recordings.point_count import with_fewer_points
@@ -85,7 +86,9 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
     # The points of an unorganised cloud are not those of the next one.
     several = choice.points is None or choice.points.height > 1
-    looks = _looks(bag, choice, lens, moment, options.looks if several else 1)
+    scale = scale_of(bag, choice, lens, moment, options.depth_unit, _on_topic)
+    notes += scale.notes
+    looks = _looks(bag, choice, lens, scale, moment, options.looks if several else 1)
     look, recorded = looks[0].value, looks[0].time
     frames = read_frames(bag, look.stamp, _ways(choice, look.frame))
     looks = _from_one_place(bag, looks, frames)
@@ -100,17 +103,18 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
         color, said = _color(bag, choice, look, points, recorded, frames, "color" in options.topics)
         notes += said
     if lens is not None:
+        lens = lens.scaled(points.shape[1], points.shape[0])
         notes += [lens.note] if lens.note else []
-    arm, arm_stream, said = arm_state(bag, joints, recorded)
-    notes += said
+    arm = arm_state(bag, joints, recorded)
+    notes += arm.notes
     try:
-        base_pose, said = base_from_camera(frames, look.frame, arm.prefix if arm else "")
+        base_pose, said = base_from_camera(frames, look.frame, arm.state.prefix if arm.state else "")
     except TransformLoop:
         if options.world_from_camera is None:
             raise
         base_pose, said = None, []
     notes += said
-    intrinsics = None if lens is None else lens.scaled(points.shape[1], points.shape[0]).matrix
+    intrinsics = None if lens is None else lens.matrix
     frame = DepthFrame(points, color, look.frame, (recorded - bag.start) / 1e9, intrinsics, count)
     frame, told = with_fewer_points(frame)
     notes += [told] if told else []
@@ -122,9 +126,10 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
         frame,
         base_pose,
         options.world_from_camera,
-        arm,
-        used(choice, arm_stream, bag if base_pose is not None else None, color is not None),
-        tuple(notes),
+        arm.state,
+        used(choice, arm.stream, bag if base_pose is not None else None, color is not None),
+        tuple(dict.fromkeys(notes)),
+        arm.other,
     )
 
 
@@ -178,7 +183,9 @@ def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
     return found[0].value
 
 
-def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) -> list[Found[_Look]]:
+def _looks(
+    bag: Bag, choice: Choice, lens: Lens | None, scale: Scale, moment: int, most: int
+) -> list[Found[_Look]]:
     """Return the measurements nearest to the moment, the nearest first.
 
     Raises:
@@ -190,10 +197,10 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
     def measured(message: Message) -> _Look:
         decoded = bag.decoded(message)
         if choice.points is not None:
-            points, colors = cloud_points(decoded)
+            points, colors = cloud_points(decoded, scale.unit or 1.0)
         else:
             assert lens is not None
-            depth = compressed_depth(decoded) if stream.type == COMPRESSED else depth_picture(decoded)
+            depth = stored(choice, decoded).metres(scale.unit)
             height, width = depth.shape
             if (width, height) not in rays:
                 rays[width, height] = lens.scaled(width, height).rays(width, height)

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from agent.errors import BadInput
+from agent.recordings.depth_units import in_metres
 from agent.recordings.message_decoding import without_nothing
 from agent.recordings.point_count import MOST_READ
 
 SUFFIXES = (".ply", ".pcd")
 _HEADER_BYTES = 65_536
-_FARTHEST = 20.0  # m, of the median: a table is nearer, and numbers of this size are millimetres
 _PLY_BYTES = {
     "char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4, "uint": 4,
     "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8,
@@ -40,13 +40,19 @@ class _Header:
     length: int
 
 
-def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
+def read_cloud(
+    path: Path, unit: float | None = None
+) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
     """Read points (H, W, 3) float32, metres, colours (H, W, 3) uint8 or `None`, and assumptions, a sentence each.
 
     An organised .pcd keeps its rows and columns; any other cloud is one row.
 
+    Args:
+        path: the file.
+        unit: metres per unit of its coordinates; by default metres, unless what is seen contradicts that.
+
     Raises:
-        BadInput: for a file that is not there, damaged, empty, or without coordinates.
+        BadInput: for a file that is not there, damaged, empty, or without coordinates, or whose unit is not certain.
     """
     if not path.is_file():
         raise BadInput(f"there is no cloud {str(path)!r}")
@@ -71,12 +77,7 @@ def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ..
         raise BadInput(f"the cloud {str(path)!r} is damaged: of {count} points {lines} are there")
     points, colors = _read(path, count)
     points[~np.isfinite(points).all(axis=1)] = np.nan
-    notes: tuple[str, ...] = ()
-    distances = np.linalg.norm(points, axis=1)
-    middle = float(np.median(distances[distances > 0])) if (distances > 0).any() else 0.0
-    if middle > _FARTHEST:
-        points = points * np.float32(0.001)
-        notes = (f"the cloud was taken to be in millimetres: half its points lie beyond {middle:.0f}",)
+    points, notes = in_metres(points, unit, f"the coordinates in {str(path)!r}")
     points = without_nothing(points)
     if not np.isfinite(points).any():
         raise BadInput(f"the cloud {str(path)!r} has no point that measures anything")

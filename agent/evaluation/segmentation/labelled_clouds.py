@@ -62,7 +62,7 @@ def read_labelled(path: Path) -> LabelledCloud:
     Raises:
         BadInput: for a file that is damaged, or has no labels.
     """
-    points, color, _ = read_cloud(path)
+    points, color, _ = read_cloud(path, 1.0)
     import open3d
 
     cloud = open3d.t.io.read_point_cloud(str(path))
