@@ -16,6 +16,7 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    DepthUnitOption,
     EncoderOption,
     ForceOutOption,
     LLMModelOption,
@@ -81,6 +82,7 @@ def serve(
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
+    depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
 ) -> None:
@@ -97,7 +99,7 @@ def serve(
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-serve"
     check_own_folder(folder, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
-    recorded = recorded_options(at, topic, camera_pose, call)
+    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     import_pybullet_silently()
     from agent.live_view.serve import serve_chat
     from agent.pipeline.run import RunOptions

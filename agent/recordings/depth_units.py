@@ -18,6 +18,7 @@ from scipy import ndimage
 from agent.errors import BadInput, UsageError
 from agent.recordings.plane_fitting import largest_plane, thinned
 
+MILLIMETRE = 0.001  # m: the unit of whole numbers, by the convention of ROS (REP 118) and of most data sets
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "0.25mm": 0.00025, "tum": 0.0002, "0.1mm": 0.0001}  # name -> metres
 _WORDS = {
     "m": "metres", "cm": "centimetres", "mm": "millimetres", "0.25mm": "quarters of a millimetre",
@@ -33,7 +34,7 @@ _SIZE = 0.055, 1.6  # m, of the things on it: their height or their shorter side
 _PLAUSIBLE = 9.0  # sum of the squares of both deviations, in these factors
 _DOUBTFUL = 2.5  # from which on the arm's base is asked
 _BASE = 0.06  # m: a table on which an arm is mounted lies as high as its base
-_CLEARLY = 7.5  # by so much the best unit must be better than any other
+_CLEARLY = 7.5, 4.0  # by so much the best unit must be better than any other, with things and without
 _ANYWHERE = 0.05, 20.0  # m: where the middle of a picture may be that shows no table
 _MOST_POINTS = 150_000
 _NEAR = 30.0  # percent of the points are nearer than the distance that counts as 1
@@ -118,7 +119,7 @@ def fitting_unit(
     if cost[declared] <= (_PLAUSIBLE if carriers or not usual else math.inf):
         return declared, ""
     best = min(units, key=cost.__getitem__)
-    plausible = [unit for unit in units if cost[unit] < _PLAUSIBLE and cost[unit] < cost[best] + _CLEARLY]
+    plausible = [unit for unit in units if cost[unit] < _PLAUSIBLE and cost[unit] < cost[best] + _CLEARLY[not carriers]]
     if plausible == [best]:
         return best, f"{what} were taken to be in {named(best)} ({best:g} m a unit): {said}"
     which = f"it may be {' or '.join(map(named, plausible))}" if plausible else "no usual unit fits"

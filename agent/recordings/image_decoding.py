@@ -12,11 +12,11 @@ import numpy as np
 from agent.errors import BadInput
 from agent.recordings.bayer import MOSAICS, colors_of_mosaic
 from agent.recordings.byte_order import in_right_order, note_of
+from agent.recordings.depth_units import MILLIMETRE
 from agent.recordings.message_decoding import FARTHEST
 from agent.recordings.rvl import unpack_rvl
 
 DEPTHS = ("16UC1", "mono16", "32FC1")
-MILLIMETRE = 0.001  # m: the unit of whole numbers by the convention of ROS (REP 118)
 _COLORS = {  # encoding -> type of a channel, channels, and which of them are red, green and blue
     "rgb8": ("u1", 3, (0, 1, 2)),
     "bgr8": ("u1", 3, (2, 1, 0)),

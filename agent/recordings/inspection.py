@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from agent.errors import BadInput
 from agent.recordings.bag_reader import Bag, Message, Stream, open_bag
 from agent.recordings.joint_states import arm_state, joint_streams
-from agent.recordings.load import used
+from agent.recordings.load import measuring_notes, used
 from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
 from agent.recordings.topic_selection import Choice, check_named, choose, offers
 from agent.rendering.text import aligned, number
@@ -98,12 +98,15 @@ class BagInfo:
         }
 
 
-def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
+def inspect_bag(
+    path: Path, named: Mapping[str, str] | None = None, depth_unit: float | None = None
+) -> BagInfo:
     """Inspect the bag at `path`; only a few messages of large topics are read.
 
     Args:
         path: a bag of any kind.
         named: role -> topic, as in `ReadingOf.topics`.
+        depth_unit: as in `ReadingOf`.
 
     Raises:
         BadInput: if it is not a bag, or too damaged to be read, or has no topic that is named.
@@ -119,7 +122,7 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
             offer = offer_of.get(stream)
             of_camera = (offer.frame, offer.role, offer.problem) if offer else ()
             topics.append(TopicInfo(stream.topic, stream.type, stream.count, rate, first, last, *of_camera))
-        frames, available, use, notes = _use(bag, dict(named or {}))
+        frames, available, use, notes = _use(bag, dict(named or {}), depth_unit)
         return BagInfo(path, bag.seconds, tuple(topics), frames, available, use, (*bag.notes, *notes))
 
 
@@ -141,7 +144,7 @@ def _span(bag: Bag, stream: Stream) -> tuple[float | None, float | None]:
 
 
 def _use(
-    bag: Bag, named: Mapping[str, str]
+    bag: Bag, named: Mapping[str, str], depth_unit: float | None
 ) -> tuple[tuple[FrameInfo, ...], dict[str, bool], dict[str, str], list[str]]:
     """Return the frames of tf, the available data, its use, and notes."""
     choice, notes, camera = Choice(), [], ""
@@ -149,6 +152,7 @@ def _use(
         choice = choose(bag, named)
         camera = choice.source.frame
         notes += [f"{choice.source.stream.topic}: {choice.source.problem}"] if choice.source.problem else []
+        notes += measuring_notes(bag, choice, depth_unit)
     except BadInput as error:
         notes.append(str(error))
     firsts = [next(bag.messages([stream]), None) for stream in transform_streams(bag) if not is_static(stream)]

@@ -133,6 +133,20 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     )
 
 
+def measuring_notes(bag: Bag, choice: Choice, depth_unit: float | None) -> list[str]:
+    """Return what a reading would say about the lens and the unit of the chosen topic, a sentence each.
+
+    Raises:
+        BadInput: if it could not be read.
+    """
+    moment = _moment(bag, None, choice, [])
+    lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
+    scale = scale_of(bag, choice, lens, moment, depth_unit, _on_topic)
+    if lens is not None and choice.source.width:
+        lens = lens.scaled(*choice.source.size)
+    return [*scale.notes, *([lens.note] if lens is not None and lens.note else [])]
+
+
 def used(choice: Choice, joints: Stream | None, with_tf: Bag | None, with_color: bool = True) -> dict[str, str]:
     """Return the purpose of each used topic."""
     roles = {role: getattr(choice, role) for role in ("points", "depth", "depth_info")}

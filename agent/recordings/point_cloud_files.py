@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from agent.errors import BadInput
+from agent.recordings.decimal_commas import check_ascii_cloud
 from agent.recordings.depth_units import in_metres
 from agent.recordings.message_decoding import without_nothing
 from agent.recordings.point_count import MOST_READ
@@ -56,6 +57,7 @@ def read_cloud(
     """
     if not path.is_file():
         raise BadInput(f"there is no cloud {str(path)!r}")
+    check_ascii_cloud(path)
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(_HEADER_BYTES)

@@ -57,6 +57,7 @@ class RecordedSource:
 
     Attributes:
         recording, segments: the recording, and the objects found in it.
+        other_arm: see `SceneSource`.
         called: name of an object -> the noun that the user gave it.
         objects: in the order of their numbers.
         referents: the same, as an instruction can refer to them.
@@ -75,6 +76,7 @@ class RecordedSource:
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.called = options.nouns
+        self.other_arm = self.recording.other_arm
         self.objects = recorded_objects(self.segments, options)
         self.referents = [
             SceneObject(each.display_name, attributes_at(each.attributes, each.world_from_object))

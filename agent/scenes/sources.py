@@ -40,11 +40,13 @@ class SceneSource(Protocol):
         referents: the objects that an instruction can refer to: the present ones, or those that can be drawn.
         catalogue: whether they are objects that can be drawn.
         hint: advice for an instruction that uses other names; empty if there is none.
+        other_arm: why a trajectory for the arm of the scene cannot be exported; empty if it can.
     """
 
     referents: Sequence[SceneObject]
     catalogue: bool
     hint: str
+    other_arm: str
 
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """Open the table, on which the objects that the goal selected among the referents take part; close it.
@@ -84,7 +86,7 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
         return RecordedSource(example_path() if scene == EXAMPLE else path, recorded)
     if recorded.given:
         raise UsageError(
-            f"--at, --topic, --camera-pose and --call are for recordings, and --scene is {shortened(scene)!r}"
+            f"--at, --topic, --camera-pose, --depth-unit and --call are for recordings, and --scene is {shortened(scene)!r}"
         )
     if scene == SIMULATED:
         with report_when_slow(f"reading the meshes in {objects!r}", lambda: _has_much_to_read(Path(objects))):
@@ -107,6 +109,7 @@ class DrawnSource:
 
     catalogue = True
     hint = ""
+    other_arm = ""
 
     def __init__(self, objects: str) -> None:
         self._name = objects
@@ -140,6 +143,7 @@ class FileSource:
 
     catalogue = False
     hint = ""
+    other_arm = ""
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
