@@ -23,6 +23,9 @@ def describe_object(one: Mapping[str, Any]) -> str:
     display_name, color = one.get("display_name") or "", one.get("color_name") or ""
     if display_name.startswith(f"{one['name']},") or one.get("confidence") is not None:
         return display_name
+    noun, _, number = one["name"].rpartition(" ")
+    if noun == "object" and display_name.partition(",")[0].endswith(f" {number}"):  # named by the user
+        return display_name
     return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from grounding.interpretation import Interpretation
 
 SIMULATED, EXAMPLE = "simulated", "example"
+_NAMED = "only the objects of a recording can be given nouns; these have theirs from their library or scene file"
 RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")
 
 
@@ -63,6 +64,13 @@ class SceneSource(Protocol):
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
+
+    def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
+        """Give objects of a recording nouns, from now on: name -> noun.
+
+        Raises:
+            UsageError: if the scene is no recording.
+        """
 
 
 def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
@@ -137,6 +145,10 @@ class DrawnSource:
         poses = table.world.poses()
         return saved_objects(drawn_objects(table.models, poses, self._name, table.names), poses, folder)
 
+    def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
+        """See `SceneSource`."""
+        raise UsageError(_NAMED)
+
 
 class FileSource:
     """The scene of a file."""
@@ -169,6 +181,10 @@ class FileSource:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
         pose_of = dict(zip(table.names, table.world.poses(), strict=True))
         return saved_objects(self.standing, [pose_of[entry.name] for entry in self.standing], folder)
+
+    def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
+        """See `SceneSource`."""
+        raise UsageError(_NAMED)
 
 
 class FileScene(TableScene):
