@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 
 DONE = 0
 DEFECT = 1  # of the program itself
@@ -111,3 +112,19 @@ def one_sentence(error: BaseException) -> str:
         reason = f"{error.strerror[:1].lower()}{error.strerror[1:]}"
         return f"{str(error.filename)!r}: {reason}" if error.filename else reason
     return " ".join(str(error).split()) or type(error).__name__
+
+
+def is_defect(error: Exception) -> bool:
+    """Return whether an error is one of the program itself: it cannot be mended by other input or more memory."""
+    return exit_code_of(error) in (None, DEFECT) and not isinstance(error, MemoryError | ImportError)
+
+
+def defect_sentence(error: BaseException) -> str:
+    """Return a sentence for an error of the program itself: its kind, and the innermost place in our packages."""
+    places = [
+        f", at {package}/{frame.filename.rpartition(f'/{package}/')[2]} line {frame.lineno}"
+        for frame in traceback.extract_tb(error.__traceback__)
+        for package in ("grounding", "structdiffusion", "agent")
+        if f"/{package}/" in frame.filename
+    ]
+    return f"a defect of structagent, {type(error).__name__}: {one_sentence(error)}{places[-1] if places else ''}"

@@ -25,7 +25,7 @@ from typing import Any
 
 from agent.batch.results import ROWS
 from agent.batch.rows import BadRow, Row
-from agent.errors import DEFECT, exit_code_of, one_sentence
+from agent.errors import DEFECT, defect_sentence, exit_code_of, one_sentence
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import run_instruction
 from agent.reporting.run_report import RunRecord
@@ -61,7 +61,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
         folder.mkdir(exist_ok=True)
         (folder / TRACEBACK).write_text(traceback.format_exc(), encoding="utf-8")
         where = f"{ROWS}/{row.id}/{TRACEBACK}"
-        return failed(row, CRASHED, "crash", f"{type(error).__name__}: {one_sentence(error)}; see {where}")
+        return failed(row, CRASHED, "crash", f"{defect_sentence(error)}; see {where}")
     return _result(row, record.report, None if page is None else f"{ROWS}/{row.id}/{page.name}")
 
 

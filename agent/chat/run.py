@@ -13,6 +13,7 @@ from rich.markup import escape
 
 from agent.chat.commands import COMMANDS
 from agent.chat.conversation import Conversation
+from agent.chat.file_access import FileAccess
 from agent.chat.input import Lines, PlainLines, PromptedLines
 from agent.chat.interrupts import exit_on_repeated_interrupts
 from agent.chat.preloading import Preloading
@@ -68,6 +69,7 @@ def converse(
     yes: bool,
     terminal: TextIO,
     viewer: Viewer | None = None,
+    access: FileAccess = FileAccess(),
 ) -> int:
     """Run a chat on any screen until its lines end.
 
@@ -79,6 +81,7 @@ def converse(
         yes: whether to build without asking.
         terminal: the stream that is told when repeated Ctrl-C ends the process.
         viewer: shows the table.
+        access: which files its commands may name.
 
     Returns:
         The exit code: 0, or that of the worst error, a file that could not be written or a defect of the program. Each
@@ -98,7 +101,7 @@ def converse(
 
                 try:
                     on_step = None if viewer is None else viewer.on_physics_step
-                    chat = Chat(conversation, screen, source(conversation), session, yes, waiting, on_step)
+                    chat = Chat(conversation, screen, source(conversation), session, yes, waiting, on_step, access)
                     chat.run(preloading.start)  # not sooner: it would slow down what the user waits for
                 finally:
                     preloading.join()

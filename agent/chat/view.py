@@ -25,6 +25,7 @@ from agent.reporting.event_text import (
     describe_row,
     parse_notes,
     part_lines,
+    trial_note,
     verdict_sentence,
     verdict_title,
 )
@@ -111,6 +112,7 @@ class ChatScreen:
         self._at_work = "; ".join(filter(None, (_AT_WORK, around.stopping)))
         self._scene: Mapping[str, Any] | None = None
         self._candidates: Mapping[str, Any] | None = None
+        self._moved: Mapping[str, Any] = {}  # the scene whose objects the candidates move
         self._rank = 1
         self._unplanned: list[int] = []  # ranks without a plan; the first one was shown
         self._failed_check = False  # whether the last event was a failed check
@@ -182,7 +184,7 @@ class ChatScreen:
 
     def candidates(self, count: int) -> None:
         """Show the best candidates side by side from above, with their scores and shortcomings."""
-        if self._candidates is None or self._scene is None:
+        if self._candidates is None:
             self.note("no arrangement has been proposed yet")
             return
         payload = self._candidates
@@ -194,7 +196,7 @@ class ChatScreen:
             self._text.line("  the best ones:" if several else "  the best one:")
         columns = self.maps.beside(len(shown))
         captions = [caption_of(one, payload["candidates"][0], columns) for one in shown]
-        self.maps.show_candidates(self._scene, shown, captions)
+        self.maps.show_candidates(self._moved, shown, captions)
         if not several and len(payload["candidates"]) > 1 and not self._hinted and not self._echo:
             self._hinted = True
             self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why explains the ranking")
@@ -229,7 +231,6 @@ class ChatScreen:
 
     def _started(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["instruction"])
-        self._candidates = None
 
     def _commanded(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["line"])
@@ -248,8 +249,9 @@ class ChatScreen:
             self.scene(payload)
 
     def _proposed(self, payload: Mapping[str, Any]) -> None:
-        self._candidates, self._rank = payload, 1
-        self.candidates(1)
+        if self._scene is not None:
+            self._candidates, self._moved, self._rank = payload, self._scene, 1
+            self.candidates(1)
 
     def _failed(self, payload: Mapping[str, Any]) -> None:
         if not self._failed_check:  # the check has already said why
@@ -325,6 +327,8 @@ class ChatScreen:
             verdict, style = ("passed", "") if check["passed"] else ("failed", "red")
             self._text.line(f"  {verdict}  {check_sentence(check)}", style)
         self._text.line(f"  {verdict_sentence(payload)}", "bold green" if payload["success"] else "bold red")
+        if note := trial_note(payload):
+            self.note(f"  {note}")
 
     def _asked(self, payload: Mapping[str, Any]) -> None:
         self._text.line(payload["question"], "bold")
@@ -344,10 +348,10 @@ class ChatScreen:
             return
         self._rank = payload["rank"]
         self._text.line(f"  candidate {self._rank} is chosen")
-        if self._candidates is not None and self._scene is not None:
+        if self._candidates is not None:
             one = self._candidates["candidates"][self._rank - 1]
             caption = caption_of(one, self._candidates["candidates"][0], self.maps.columns)
-            self.maps.show_candidates(self._scene, [one], [caption])
+            self.maps.show_candidates(self._moved, [one], [caption])
 
     def _others_without_a_plan(self) -> None:
         others, self._unplanned = self._unplanned[1:], []

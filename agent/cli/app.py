@@ -30,6 +30,7 @@ from agent.cli.serve import serve
 from agent.cli.shell_completion import completion
 from agent.cli.train import train_app
 from agent.errors import BAD_INPUT, DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
+from agent.runtime.interruption import ignore_further_interruptions
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -119,12 +120,14 @@ def command_line(arguments: list[str] | None = None) -> int:
         code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()
         if code == INTERRUPTED:  # typer swallows the interruption itself
+            ignore_further_interruptions()
             print_error("interrupted")
         return code if isinstance(code, int) else DONE
     except _ClickError as error:
         print_error(_usage_sentence(error))
         return USAGE
     except (KeyboardInterrupt, typer.Abort):
+        ignore_further_interruptions()
         print_error("interrupted")
         return INTERRUPTED
     except MemoryError:

@@ -34,7 +34,7 @@ from agent.cli.options import (
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import UsageError
-from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.output_ownership import claim_folder
 from agent.runtime.stdio import import_pybullet_silently, results_stream
 from agent.runtime.terminal_text import console_on
 
@@ -77,7 +77,7 @@ def chat(
     Example: structagent chat --scene desk.yaml
     """
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
-    check_own_folder(folder, "chat", force)
+    claim_folder(folder, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     if sys.stdin is None:

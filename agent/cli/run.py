@@ -38,7 +38,7 @@ from agent.cli.options import (
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
-from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.output_ownership import claim_folder
 from agent.runtime.stdio import (
     NO_TEXT,
     ReaderGone,
@@ -108,7 +108,7 @@ def run(
     if text.count(NO_TEXT) > replaced.count(NO_TEXT):
         raise BadInput(f"the instruction {text!r} has a byte that is not UTF-8 text, shown as {NO_TEXT}")
     folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
-    check_own_folder(folder, "run", force)
+    claim_folder(folder, "run", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     trajectories = export_trajectory or []
     if trajectories and not execute:

@@ -17,12 +17,11 @@ from typing import Any
 
 import anyio
 import uvicorn
-from mcp.server.mcpserver import MCPServer
 from mcp.server.transport_security import TransportSecuritySettings
 
 from agent.errors import INTERRUPTED, BadInput, UsageError
 from agent.mcp.audit import AuditLog
-from agent.mcp.server import make_server
+from agent.mcp.server import MOST_SESSIONS, TableServer, make_server
 from agent.mcp.shared_table import SharedTable
 from agent.mcp.worker import TableWorker
 from agent.pipeline.run import RunOptions
@@ -30,7 +29,7 @@ from agent.runtime.settings import TOKEN_VARIABLE
 
 PATH = "/mcp"
 _LEAST_TOKEN = 16  # characters
-_MOST_SESSIONS = 32
+_IDLE_SECONDS = 300.0  # after which a session without a request or an open stream ends
 _LARGEST_REQUEST = 256 * 1024  # bytes
 _SECONDS_TO_END = 3  # that open streams get when the server ends
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
@@ -114,7 +113,7 @@ def _end_at_once(number: int, frame: FrameType | None) -> None:
     os._exit(INTERRUPTED)
 
 
-def http_server(server: MCPServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:
+def http_server(server: TableServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:
     """Return a web server for a server of tools, and the socket that it listens on.
 
     Raises:
@@ -132,9 +131,11 @@ def http_server(server: MCPServer, address: Address, say: Say) -> tuple[uvicorn.
     app: Any = server.streamable_http_app(
         streamable_http_path=PATH,
         max_request_body_size=_LARGEST_REQUEST,
-        max_sessions=_MOST_SESSIONS,
+        session_idle_timeout=_IDLE_SECONDS,
+        max_sessions=MOST_SESSIONS,
         transport_security=_security(address, port),
     )
+    app = server.sessions.giving_way(app)
     if token is not None:
         app = _with_token(app, token)
     say(f"serving on http://{address.url_host}:{port}{PATH}")

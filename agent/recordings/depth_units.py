@@ -163,6 +163,7 @@ def in_metres(
 def _finite(points: np.ndarray) -> np.ndarray:
     """Return some of the points (P, 3) that measure something."""
     flat = points.reshape(-1, 3)
+    flat = flat[:: max(1, len(flat) // (10 * _MOST_POINTS))]
     flat = flat[np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)]
     if len(flat) > _MOST_POINTS:
         flat = flat[np.linspace(0, len(flat) - 1, _MOST_POINTS).astype(int)]

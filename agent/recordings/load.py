@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,19 @@ import numpy as np
 from agent.errors import BadInput, UsageError
 from agent.recordings.bag_reader import METADATA, STORAGES, Bag, Message, Stream, open_bag
 from agent.recordings.cloud_frame import in_optical_frame
-from agent.recordings.depth_scale import Scale, scale_of, stored
-from agent.recordings.image_decoding import color_picture, compressed_color
+from agent.recordings.depth_scale import ScaleFinder, stored
+from agent.recordings.image_decoding import color_picture, compressed_color, compressed_size
 from agent.recordings.joint_states import arm_state, joint_streams
-from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
-from agent.recordings.point_count import with_fewer_points
+from agent.recordings.message_decoding import (
+    COMPRESSED,
+    Lens,
+    frame_name,
+    lens_of,
+    stamp,
+    stored_cloud,
+    without_nothing,
+)
+from agent.recordings.point_count import lens_of_every, step_of, told_of, with_fewer_points
 from agent.recordings.recording import DepthFrame, ReadingOf, Recording
 from agent.recordings.synchronization import Found, around, fused
 from agent.recordings.tf_tree import (
@@ -28,6 +37,7 @@ from agent.recordings.tf_tree import (
     transform_streams,
 )
 from agent.recordings.topic_selection import Choice, Offer, choose
+from structdiffusion.limits import MOST_PIXELS_TOGETHER
 
 _OTHER_SUFFIXES = (".ply", ".pcd")
 _LONGEST_LOOK = 1.0  # s; looks that are further apart show another scene
@@ -69,12 +79,16 @@ class _Look:
         colors: (H, W, 3) that came with them, or `None`.
         frame: the optical frame.
         stamp: when it was measured, nanoseconds.
+        size: the rows and columns of the picture; `points` are those of every `step`-th of them.
+        step: more than 1 for a large depth picture.
     """
 
     points: np.ndarray
     colors: np.ndarray | None
     frame: str
     stamp: int
+    size: tuple[int, int]
+    step: int = 1
 
 
 def _read(bag: Bag, options: ReadingOf) -> Recording:
@@ -86,9 +100,9 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
     # The points of an unorganised cloud are not those of the next one.
     several = choice.points is None or choice.points.height > 1
-    scale = scale_of(bag, choice, lens, moment, options.depth_unit, _on_topic)
-    notes += scale.notes
+    scale = ScaleFinder(bag, choice, options.depth_unit)
     looks = _looks(bag, choice, lens, scale, moment, options.looks if several else 1)
+    notes += scale.notes
     look, recorded = looks[0].value, looks[0].time
     frames = read_frames(bag, look.stamp, _ways(choice, look.frame))
     looks = _from_one_place(bag, looks, frames)
@@ -103,7 +117,7 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
         color, said = _color(bag, choice, look, points, recorded, frames, "color" in options.topics)
         notes += said
     if lens is not None:
-        lens = lens.scaled(points.shape[1], points.shape[0])
+        lens = lens.scaled(*look.size[::-1])
         notes += [lens.note] if lens.note else []
     arm = arm_state(bag, joints, recorded)
     notes += arm.notes
@@ -114,7 +128,8 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
             raise
         base_pose, said = None, []
     notes += said
-    intrinsics = None if lens is None else lens.matrix
+    intrinsics = None if lens is None else lens_of_every(lens.matrix, look.step)
+    notes += [told_of(*look.size)] if look.step > 1 else []
     frame = DepthFrame(points, color, look.frame, (recorded - bag.start) / 1e9, intrinsics, count)
     frame, told = with_fewer_points(frame)
     notes += [told] if told else []
@@ -141,9 +156,10 @@ def measuring_notes(bag: Bag, choice: Choice, depth_unit: float | None) -> list[
     """
     moment = _moment(bag, None, choice, [])
     lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
-    scale = scale_of(bag, choice, lens, moment, depth_unit, _on_topic)
-    if lens is not None and choice.source.width:
-        lens = lens.scaled(*choice.source.size)
+    scale = ScaleFinder(bag, choice, depth_unit)
+    look = _looks(bag, choice, lens, scale, moment, 1)[0].value
+    if lens is not None:
+        lens = lens.scaled(*look.size[::-1])
     return [*scale.notes, *([lens.note] if lens is not None and lens.note else [])]
 
 
@@ -198,7 +214,7 @@ def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
 
 
 def _looks(
-    bag: Bag, choice: Choice, lens: Lens | None, scale: Scale, moment: int, most: int
+    bag: Bag, choice: Choice, lens: Lens | None, scale: ScaleFinder, moment: int, most: int
 ) -> list[Found[_Look]]:
     """Return the measurements nearest to the moment, the nearest first.
 
@@ -207,31 +223,57 @@ def _looks(
     """
     stream = choice.source.stream
     rays: dict[tuple[int, int], np.ndarray] = {}
+    measured: dict[tuple[int, int], _Look] = {}
+    looked_at = 0  # pixels
 
-    def measured(message: Message) -> _Look:
+    def look(message: Message) -> _Look:
+        nonlocal looked_at
+        key = message.recorded, zlib.crc32(message.raw)
+        if key in measured:
+            return measured[key]
         decoded = bag.decoded(message)
+        width, height = compressed_size(decoded) if stream.type == COMPRESSED else (decoded.width, decoded.height)
+        if looked_at and looked_at + width * height > MOST_PIXELS_TOGETHER:
+            raise BadInput(f"the pictures that were looked at have {MOST_PIXELS_TOGETHER} pixels together")
+        looked_at += width * height
         if choice.points is not None:
-            points, colors = cloud_points(decoded, scale.unit or 1.0)
+            points, colors, note = stored_cloud(decoded)
+            unit = scale.unit_of(points, 1.0, note, decoded.header, message.recorded)
+            points, step = without_nothing(points if unit == 1.0 else points * np.float32(unit)), 1
         else:
             assert lens is not None
-            depth = stored(choice, decoded).metres(scale.unit)
-            height, width = depth.shape
-            if (width, height) not in rays:
-                rays[width, height] = lens.scaled(width, height).rays(width, height)
-            across, down = np.moveaxis(rays[width, height], -1, 0)
-            points = np.stack((across * depth, down * depth, depth), axis=-1)
-            colors = None
+            depth, colors = stored(choice, decoded), None
+            step = step_of(*depth.values.shape)
+            if scale.unit is None:
+                seen = _points(depth.values, lens, step, rays)
+                scale.unit_of(seen, depth.unit, depth.note, decoded.header, message.recorded)
+            points = _points(depth.metres(scale.unit), lens, step, rays)
         if not np.isfinite(points).any():
             raise BadInput("a picture measures nothing: it has no valid point")
-        return _Look(points, colors, frame_name(decoded.header.frame_id), stamp(decoded.header, message.recorded))
+        when = stamp(decoded.header, message.recorded)
+        measured[key] = _Look(points, colors, frame_name(decoded.header.frame_id), when, (height, width), step)
+        return measured[key]
 
-    found = around(
-        bag, stream, moment, lambda message: _on_topic(stream, lambda: measured(message)), most // 2 + 1, most
-    )
+    found = around(bag, stream, moment, lambda message: _on_topic(stream, lambda: look(message)), most // 2 + 1, most)
     if not found:
         raise BadInput(f"{stream.topic} of {str(bag.path)!r} has no messages")
     near = [look for look in found if abs(look.time - found[0].time) < _LONGEST_LOOK * 1e9]
     return near[:most]
+
+
+def _points(depth: np.ndarray, lens: Lens, step: int, rays: dict[tuple[int, int], np.ndarray]) -> np.ndarray:
+    """Return the points (h, w, 3) float32 of every `step`-th row and column of a depth picture (H, W).
+
+    Args:
+        rays: of every size so far; one that is new is added.
+    """
+    size, depth = depth.shape[::-1], depth[::step, ::step]
+    if size not in rays:
+        scaled = lens.scaled(*size)
+        scaled = replace(scaled, matrix=lens_of_every(scaled.matrix, step))
+        rays[size] = scaled.rays(*depth.shape[::-1])
+    across, down = np.moveaxis(rays[size], -1, 0)
+    return np.stack((across * depth, down * depth, depth), axis=-1)
 
 
 def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list[Found[_Look]]:
@@ -289,8 +331,10 @@ def _color(
         if not choice.aligned:
             colors = _laid_over(bag, choice, look, points, colors, recorded, frames)
             notes.append(f"the colours of {stream.topic} were laid over the depth by the lenses and tf")
-        elif colors.shape[:2] != points.shape[:2]:
+        elif colors.shape[:2] != look.size:
             raise BadInput(f"the pictures on {stream.topic} and {choice.source.stream.topic} differ in size")
+        else:
+            colors = colors[:: look.step, :: look.step]
     except BadInput as error:
         if demanded:
             raise

@@ -23,10 +23,12 @@ from agent.recordings.camera_intrinsics import KNOWN_FILES, CameraFile, find_len
 from agent.recordings.depth_units import IN_PICTURES, MILLIMETRE, fitting_unit
 from agent.recordings.message_decoding import FARTHEST
 from agent.recordings.picture_pairs import Pair, pairs_of, why_none
+from agent.recordings.pictures import pixels_of, read_picture
+from agent.recordings.point_count import lens_of_every, step_of
+from structdiffusion.limits import MOST_PIXELS
 
 _COLORS, _DEPTHS = (".png", ".jpg", ".jpeg"), (".png", ".npy", ".tif", ".tiff")
 _ROLE = re.compile(r"aligned_depth_to_color|depth|colou?r|rgb|image|img|raw")
-_MOST_PIXELS = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -59,9 +61,11 @@ def in_space(depth: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
     """Return points (H, W, 3) float32 of depths (H, W) in the same unit, in the camera's optical frame."""
     height, width = depth.shape
     (fx, _, cx), (_, fy, cy), _ = intrinsics
-    x = (np.arange(width) - cx)[None, :] / fx * depth
-    y = (np.arange(height) - cy)[:, None] / fy * depth
-    return np.stack((x, y, depth), axis=-1).astype(np.float32)
+    points = np.empty((height, width, 3), np.float32)
+    points[..., 0] = (np.arange(width) - cx)[None, :] / fx * depth
+    points[..., 1] = (np.arange(height) - cy)[:, None] / fy * depth
+    points[..., 2] = depth
+    return points
 
 
 def read_rgbd(
@@ -169,7 +173,7 @@ def _depth_values(path: Path) -> np.ndarray:
             values = _open_picture(path, ("PNG", "TIFF"), "16 bits of grey", ("I", "F"))
     except (ValueError, EOFError, OSError) as error:
         raise BadInput(f"the depth picture {str(path)!r} cannot be read: {error}") from error
-    if values.ndim != 2 or 0 in values.shape or values.size > _MOST_PIXELS or values.dtype.kind not in "uif":
+    if values.ndim != 2 or 0 in values.shape or values.size > MOST_PIXELS or values.dtype.kind not in "uif":
         shape = " x ".join(map(str, values.shape))
         raise BadInput(
             f"the depth picture {str(path)!r} has {shape} values of type {values.dtype}; legal: rows x columns of "
@@ -180,17 +184,15 @@ def _depth_values(path: Path) -> np.ndarray:
 
 def _open_picture(path: Path, formats: Sequence[str], legal: str, modes: Sequence[str] = ()) -> np.ndarray:
     """Return the pixels of a picture: unchanged if its mode is one of `modes`, otherwise as RGB."""
-    from PIL import Image
-
     try:
-        with Image.open(path, formats=formats) as picture:
-            if picture.width * picture.height > _MOST_PIXELS:
-                raise BadInput(f"the picture {str(path)!r} claims {_by(picture.size)} pixels")
-            if modes and not picture.mode.startswith(tuple(modes)):
-                raise BadInput(f"the picture {str(path)!r} is of the kind {picture.mode!r}; legal: {legal}")
-            return np.array(picture if modes else picture.convert("RGB"))
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise BadInput(f"the picture {str(path)!r} cannot be read; legal: {legal}") from error
+        picture = read_picture(path, formats)
+        if modes and not picture.mode.startswith(tuple(modes)):
+            raise BadInput(f"it is of the kind {picture.mode!r}")
+        return pixels_of(picture, "" if modes else "RGB")
+    except BadInput as error:
+        raise BadInput(f"the picture {str(path)!r} cannot be read: {error}; legal: {legal}") from error
+    except OSError as error:
+        raise BadInput(f"the picture {str(path)!r} cannot be read: {error.strerror or error}") from error
 
 
 def _metres(
@@ -207,7 +209,9 @@ def _metres(
         whole = values.dtype.kind in "ui"
         scale = None if lens is None else lens.depth_unit(whole)
         declared = scale or (MILLIMETRE if whole else 1.0)
-        unit, said = fitting_unit(in_space(stored, matrix), declared, IN_PICTURES, f"the depths in {path.name!r}")
+        step = step_of(*stored.shape)
+        points = in_space(stored[::step, ::step], lens_of_every(matrix, step))
+        unit, said = fitting_unit(points, declared, IN_PICTURES, f"the depths in {path.name!r}")
     depth = (values * unit).astype(np.float32)
     with np.errstate(invalid="ignore"):
         depth[~((depth > 0) & (depth < FARTHEST))] = np.nan

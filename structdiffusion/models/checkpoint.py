@@ -11,10 +11,11 @@ from typing import Any, Self, TypeVar
 
 import torch
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import Tensor, nn
 from torch.overrides import TorchFunctionMode
 
+from grounding.atomic_files import write_all_whole
 from structdiffusion.limits import CONFIG_BYTES, CONFIG_LAYERS, CONFIG_NUMBER, PARAMETERS, WEIGHTS_BYTES
 from structdiffusion.models.config_values import checked_values
 from structdiffusion.word_tokens import FIRST_VOCABULARY
@@ -49,11 +50,9 @@ class Checkpointed(nn.Module):
     def save_pretrained(self, folder: str | Path) -> None:
         """Write config and weights (half precision) to a folder, which is created."""
         folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
         config = {"kind": self.kind, **asdict(self.config)}
-        (folder / CONFIG_NAME).write_text(json.dumps(config, indent=2) + "\n")
         weights = {name: tensor.detach().half().contiguous().cpu() for name, tensor in self.state_dict().items()}
-        save_file(weights, folder / WEIGHTS_NAME)
+        write_all_whole(folder, {CONFIG_NAME: json.dumps(config, indent=2) + "\n", WEIGHTS_NAME: save(weights)})
 
     @classmethod
     def from_pretrained(cls, folder: str | Path) -> Self:

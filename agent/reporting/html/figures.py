@@ -1,6 +1,6 @@
 """Draw the table from above as SVG: the same objects, colours and letters as in the terminal.
 
-Every object has its own colour; distractors are pale, with a dashed outline and a small letter.
+Every object has its own colour; distractors are pale, with a dashed outline.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 from agent.rendering.object_markers import Marker, markers_of_candidate, markers_of_scene, stack_sentence, stacks
 from agent.rendering.palette import ink_on
 from agent.rendering.text import number
+from agent.rendering.text import place as where
 from agent.reporting.event_text import shortcoming
 
 CANDIDATES_SHOWN = 6
@@ -85,9 +86,8 @@ def tried(report: Mapping[str, Any]) -> str:
 
 
 def _places(markers: Sequence[Marker]) -> str:
-    """List the places of the participants, x then y in centimetres, as a text alternative to the drawing."""
-    middles = [(marker.label, marker.outline.mean(axis=0)) for marker in markers if not marker.faint]
-    return "; ".join(f"{label} at {100 * x:.0f}, {100 * y:.0f} cm" for label, (x, y) in middles)
+    """List the places of the participants as a text alternative to the drawing."""
+    return "; ".join(f"{marker.label} {where(marker.outline.mean(axis=0))}" for marker in markers if not marker.faint)
 
 
 def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> str:

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import torch
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import nn
 from torch.nn import functional
 
 from agent.segmentation_network.features import CHANNELS
 from agent.segmentation_network.network import KIND, OUTPUTS
+from grounding.atomic_files import write_all_whole
 from structdiffusion.models.checkpoint import CONFIG_NAME, WEIGHTS_NAME, Checkpointed, CheckpointError
 
 
@@ -75,14 +76,14 @@ class SegmentationNetwork(Checkpointed):
     def save_pretrained(self, folder: str | Path) -> None:
         """Write config and weights (half precision) as they are used: normalisation is part of the convolutions."""
         folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / CONFIG_NAME).write_text(json.dumps({"kind": self.kind, **asdict(self.config)}, indent=2) + "\n")
         weights: dict[str, torch.Tensor] = {}
         for name, module in self.named_modules():
             if isinstance(module, Block):
                 weights |= {f"{name}.{key}": value for key, value in _folded(module[0], module[1]).items()}
         weights |= {"head.weight": self.head.weight.detach(), "head.bias": self.head.bias.detach()}
-        save_file({name: value.half().contiguous().cpu() for name, value in weights.items()}, folder / WEIGHTS_NAME)
+        config = json.dumps({"kind": self.kind, **asdict(self.config)}, indent=2) + "\n"
+        stored = {name: value.half().contiguous().cpu() for name, value in weights.items()}
+        write_all_whole(folder, {CONFIG_NAME: config, WEIGHTS_NAME: save(stored)})
 
     @torch.no_grad()
     def start_from(self, folder: Path, maps: torch.Tensor) -> None:

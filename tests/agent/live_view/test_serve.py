@@ -204,6 +204,15 @@ def test_without_the_extra_one_sentence_names_it(command, tmp_path, monkeypatch,
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(("more", "anywhere"), [([], False), (["--any-file"], True)])
+def test_pages_name_files_of_the_session_and_of_the_working_folder(tmp_path, monkeypatch, more, anywhere):
+    given = []
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("agent.live_view.serve.converse", lambda *arguments: given.append(arguments[-1]) or DONE)
+    assert command_line(["serve", "--port", "0", "--out", "out", *more]) == DONE
+    assert given[0].folders == (None if anywhere else (tmp_path / "out", tmp_path))
+
+
 def test_a_port_in_use_is_told_before_anything_is_loaded(tmp_path, watched, capsys):
     port = str(watched.access.port)
     assert command_line(["serve", "--port", port, "--out", str(tmp_path / "out")]) == USAGE
