@@ -32,7 +32,7 @@ IN_CLOUDS = (1.0, 0.001, 0.01, 0.00025, 0.0001)
 _DISTANCE = 1.1, 1.6  # m, from the camera to the table
 _SIZE = 0.055, 1.6  # m, of the things on it: their height or their shorter side, whichever is less; the middle
 _PLAUSIBLE = 9.0  # sum of the squares of both deviations, in these factors
-_DOUBTFUL = 2.5  # from which on the arm's base is asked
+_DOUBTFUL = 1.0  # from which on the arm's base is asked
 _BASE = 0.06  # m: a table on which an arm is mounted lies as high as its base
 _CLEARLY = 7.5, 4.0  # by so much the best unit must be better than any other, with things and without
 _ANYWHERE = 0.05, 20.0  # m: where the middle of a picture may be that shows no table
@@ -43,7 +43,7 @@ _CELL, _WITHIN = 0.006, 0.008  # of that distance: the thinned cloud's cells, an
 _GRID = 1.5 * _CELL
 _GAP = 20  # cells: what hides so much of the plane behind it stands on it all the same
 _MOST_PLANES, _LEAST_SHARE, _LEAST_POINTS = 8, 0.03, 300  # of the cells of a plane
-_TALLEST, _LEAST_CELLS = 0.8, 15  # of a thing
+_TALLEST, _THINNEST, _LEAST_CELLS = 0.8, 2 * _WITHIN, 15  # of a thing; thinner ones are edges and noise
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,8 @@ def _carried(plane: np.ndarray, thin: np.ndarray) -> Carrier | None:
         if len(mine) >= _LEAST_CELLS:
             spread = level[mine] - level[mine].mean(axis=0)
             sides = np.ptp(spread @ np.linalg.eigh(spread.T @ spread)[1], axis=0) + _CELL
-            sizes.append((min(float(sides.min()), float(height[mine].max())), math.sqrt(len(mine))))
+            if (thickness := min(float(sides.min()), float(height[mine].max()))) > _THINNEST:
+                sizes.append((thickness, math.sqrt(len(mine))))
     if not sizes:
         return None
     distance = float(np.median(np.linalg.norm(thin[flat], axis=1)))
