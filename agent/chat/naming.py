@@ -48,7 +48,8 @@ class Naming:
 
 def naming_of(line: str) -> Naming | None:
     """Return the noun that a line gives to objects; `None` for a line that says anything else."""
-    if is_question(line):
+    a_can = re.match(r"\s*cans? \d", line, re.IGNORECASE) is not None  # not "can you ..."
+    if line.rstrip().endswith("?") or not a_can and is_question(line):
         return None
     said = " ".join(re.sub(r"#\s*(?=\d)", " number ", line).replace("/", " ").split())
     said = re.sub(r"\bnumber number\b", "number", re.sub(r" ?, ?", ", ", bare(said)))

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
 
 from agent.errors import BadInput
 
 _NUMBER = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
-_HEAD = 65_536  # bytes of a cloud's header
-_ASCII_BODY = re.compile(r"^(?:DATA ascii|end_header)[ \t]*\r?\n", re.MULTILINE | re.IGNORECASE)
 
 
 def is_decimal_comma(text: str) -> bool:
@@ -34,17 +31,3 @@ def refusal(what: str, number: str) -> BadInput:
     point = number.strip().replace(",", ".")
     return BadInput(f"{what} has the number {number.strip()!r} with a decimal comma; write {point}")
 
-
-def check_ascii_cloud(path: Path) -> None:
-    """Check that the first points of a cloud that is text have no decimal commas.
-
-    Raises:
-        BadInput: if they have.
-    """
-    with path.open("rb") as file:
-        head = file.read(_HEAD).decode("latin-1")
-    body = _ASCII_BODY.search(head)
-    if body is None or "DATA ascii" not in body[0] and "format ascii" not in head[: body.start()]:
-        return
-    if number := decimal_comma(head[body.end() :].splitlines()[:5]):
-        raise refusal(f"the cloud {str(path)!r}", number)

@@ -10,7 +10,6 @@ import numpy as np
 from agent.errors import BadInput
 from agent.recordings.cloud_colors import COLOR_FIELDS, colors_of
 from agent.recordings.cloud_rows import Columns
-from agent.recordings.decimal_commas import check_ascii_cloud
 from agent.recordings.depth_units import in_metres
 from agent.recordings.message_decoding import without_nothing
 from agent.recordings.pcd import read_pcd
