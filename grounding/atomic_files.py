@@ -13,7 +13,9 @@ import fcntl
 import os
 import re
 import secrets
+import shutil
 import stat
+import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -165,6 +167,42 @@ def opened(path: Path, inside: OpenFolder | None = None) -> Iterator[OpenFolder]
         yield OpenFolder(path, descriptor)
     finally:
         os.close(descriptor)
+
+
+@contextmanager
+def unfinished_folder(final: Path) -> Iterator[Path]:
+    """Yield a new folder beside `final`, to be renamed to it; one that is not is removed, also after a killed process.
+
+    Raises:
+        OSError: if it cannot be made.
+    """
+    prefix = f".{final.name}-"
+    final.parent.mkdir(parents=True, exist_ok=True)
+    _remove_abandoned_folders(final.parent, re.compile(re.escape(prefix) + r"[a-z0-9_]{8}"))
+    folder = Path(tempfile.mkdtemp(prefix=prefix, dir=final.parent))
+    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        with contextlib.suppress(OSError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        folder.mkdir(mode=0o700, exist_ok=True)  # another process may have taken it for abandoned before it was locked
+        yield folder
+    finally:
+        os.close(lock)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _remove_abandoned_folders(parent: Path, name: re.Pattern[str]) -> None:
+    """Remove the folders of this user with such names that no process has locked."""
+    for path in parent.iterdir():
+        if name.fullmatch(path.name):
+            with contextlib.suppress(OSError):
+                lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+                try:
+                    if os.fstat(lock).st_uid == os.getuid():
+                        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                        shutil.rmtree(path, ignore_errors=True)
+                finally:
+                    os.close(lock)
 
 
 def write_whole(path: Path, content: bytes | str) -> None:

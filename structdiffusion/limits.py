@@ -113,7 +113,7 @@ CONFIG_NUMBER = 8_192
 # Layers of a network: ours have 4.
 CONFIG_LAYERS = 64
 # Trainable numbers of a network, 4 bytes each: ours have 2 million.
-PARAMETERS = 200_000_000
+PARAMETERS = 50_000_000
 # Bytes of a checkpoint's weights: those of as many numbers.
 WEIGHTS_BYTES = 4 * PARAMETERS
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ from agent.arm.state import ArmState
 from agent.errors import BadInput
 from agent.recordings.bag_reader import Bag, Message, Stream
 from agent.recordings.message_decoding import ANGLES, JOINTS
+from agent.recordings.survey import look_at_first
 from agent.recordings.synchronization import Found, around
 
 _JOINT = re.compile(r"(?P<prefix>.*?)(?P<joint>joint_(?:\d|finger_\d|finger_tip_\d))")
@@ -27,6 +29,8 @@ _OF_AN_ARM = re.compile(r"(?P<before>.*?)(?:shoulder|elbow|forearm|wrist)")
 _OF_NO_ARM = re.compile(r"wheel|caster|track|finger|gripper|leg|head|torso|door")
 _LEAST_JOINTS = 4  # numbered ones in a row that make an arm
 _AROUND = 8  # messages on either side of the moment: several nodes may take turns on one topic
+_MOST_STREAMS = 16  # that are read around the moment
+_MOST_NAMES = 200  # of a topic that are put together
 _THREE = {1, 2, 3}
 EXPECTED = (
     f"joint_1 to joint_6 or joint_7 and joint_finger_1 to joint_finger_3 of a {', '.join(ARM_MODELS[:-1])} or "
@@ -92,7 +96,7 @@ def _likelihood(stream: Stream) -> tuple[bool, bool, bool, str]:
 
 def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> ArmFound:
     """Return the arm's state nearest to `moment` (nanoseconds)."""
-    said = {stream: _around(bag, stream, moment) for stream in streams}
+    said = {stream: _around(bag, stream, moment) for stream in _with_arm(bag, list(streams))[:_MOST_STREAMS]}
     arms: dict[str, _Arm] = {}
     for stream, found in said.items():
         for arm in _arms(stream, [name for each in found for name in each.value]):
@@ -111,6 +115,24 @@ def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> ArmFound:
     return ArmFound(None, None, ("the recording does not say how the arm stood",))
 
 
+def _with_arm(bag: Bag, streams: Sequence[Stream]) -> list[Stream]:
+    """Return the likeliest stream, and of the others those that have an arm's joints; these are read in one pass."""
+    names: dict[Stream, list[str]] = {stream: [] for stream in streams[1:]}
+    known: set[Stream] = set()
+
+    def enough(message: Message) -> bool:
+        stream = message.stream
+        with suppress(BadInput):
+            names[stream] = [*names[stream][-_MOST_NAMES:], *_joints(bag, message)]
+        if _arms(stream, names[stream]):
+            known.add(stream)
+        return stream in known
+
+    with suppress(BadInput):  # a damaged end: what was found before it counts
+        look_at_first(bag, streams[1:], enough)
+    return [*streams[:1], *(stream for stream in streams[1:] if stream in known)]
+
+
 def _found(arm: _Arm, joints: dict[str, float], stream: Stream, away: float) -> ArmFound:
     notes = [arm.note] if arm.note else []
     if stream.type == ANGLES:
@@ -122,16 +144,22 @@ def _found(arm: _Arm, joints: dict[str, float], stream: Stream, away: float) -> 
 
 def _around(bag: Bag, stream: Stream, moment: int) -> list[Found[Mapping[str, float]]]:
     """Return the joints in the messages nearest to a moment, the nearest first: name -> angle, rad."""
-
-    def joints(message: Message) -> Mapping[str, float] | None:
-        decoded = bag.decoded(message)
-        said = _degrees(decoded, stream.topic) if stream.type == ANGLES else _radians(decoded)
-        return said if any(_JOINT.fullmatch(name) or _OF_AN_ARM.match(name) or _is_numbered(name) for name in said) else None
-
     try:
-        return around(bag, stream, moment, joints, before=_AROUND, after=_AROUND)
+        return around(bag, stream, moment, lambda message: _joints(bag, message) or None, _AROUND, _AROUND)
     except BadInput:
         return []
+
+
+def _joints(bag: Bag, message: Message) -> Mapping[str, float]:
+    """Return the joints in a message, name -> angle, rad; nothing if none of them may be an arm's.
+
+    Raises:
+        BadInput: for a damaged message.
+    """
+    decoded, topic = bag.decoded(message), message.stream.topic
+    said = _degrees(decoded, topic) if message.stream.type == ANGLES else _radians(decoded)
+    known = any(_JOINT.fullmatch(name) or _OF_AN_ARM.match(name) or _is_numbered(name) for name in said)
+    return said if known else {}
 
 
 def _radians(message: Any) -> dict[str, float]:

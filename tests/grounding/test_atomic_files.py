@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from grounding import atomic_files
-from grounding.atomic_files import opened, write_all_whole, write_whole
+from grounding.atomic_files import opened, unfinished_folder, write_all_whole, write_whole
 
 
 def names(folder: Path) -> list[str]:
@@ -109,3 +109,23 @@ def test_files_get_the_permissions_that_the_user_asks_for(tmp_path):
     finally:
         os.umask(before)
     assert (tmp_path / "a").stat().st_mode & 0o777 == 0o640
+
+
+def test_a_folder_that_a_killed_process_was_making_is_removed_by_the_next(tmp_path):
+    killed = f"""
+import os, signal
+from pathlib import Path
+from grounding.atomic_files import unfinished_folder
+with unfinished_folder(Path({str(tmp_path / "model")!r})) as folder:
+    (folder / "weights").write_bytes(b"half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+    assert subprocess.run([sys.executable, "-c", killed]).returncode == -signal.SIGKILL
+    (tmp_path / ".other-0123abcd").mkdir()
+    assert len(names(tmp_path)) == 2
+    with unfinished_folder(tmp_path / "model") as one, unfinished_folder(tmp_path / "model") as other:
+        (one / "weights").write_text("whole")
+        assert names(tmp_path) == sorted([".other-0123abcd", one.name, other.name])
+        one.rename(tmp_path / "model")
+    assert names(tmp_path) == [".other-0123abcd", "model"]
+    assert (tmp_path / "model" / "weights").read_text() == "whole"

@@ -18,6 +18,8 @@ from torch.nn import functional
 from agent.segmentation_network.features import CHANNELS
 from agent.segmentation_network.network import KIND, OUTPUTS
 from grounding.atomic_files import write_all_whole
+from grounding.untrusted_files import check_weights
+from structdiffusion.limits import WEIGHTS_BYTES
 from structdiffusion.models.checkpoint import CONFIG_NAME, WEIGHTS_NAME, Checkpointed, CheckpointError
 
 
@@ -100,6 +102,7 @@ class SegmentationNetwork(Checkpointed):
             CheckpointError: for files that are missing, or are no network of the same sizes.
         """
         try:
+            check_weights(folder / WEIGHTS_NAME, WEIGHTS_BYTES)
             state = load_file(folder / WEIGHTS_NAME)
             for name, module in self.named_modules():
                 if isinstance(module, Block):
@@ -107,7 +110,7 @@ class SegmentationNetwork(Checkpointed):
                     module[1].bias.copy_(state[f"{name}.bias"])
             self.head.weight.copy_(state["head.weight"])
             self.head.bias.copy_(state["head.bias"])
-        except (OSError, SafetensorError, KeyError, RuntimeError) as error:
+        except (OSError, ValueError, SafetensorError, KeyError, RuntimeError) as error:
             raise CheckpointError(f"{str(folder)!r} holds no segmentation network to start from: {error}") from error
         blocks = [module for module in self.modules() if isinstance(module, Block)]
         hooks = [block[1].register_forward_pre_hook(_normalise_alike) for block in blocks]
