@@ -1,4 +1,4 @@
-"""Read lines that give objects a noun: "object 3 is a bowl", "call object 1 the red mug", "numbers 2 and 4 are cans"."""
+"""Read lines that give objects a noun: "object 3 is a bowl", "call object 1 the red mug", "objects 2 and 4 are cans"."""
 
 from __future__ import annotations
 
@@ -98,6 +98,7 @@ def named_indices(naming: Naming, names: Sequence[str], display_names: Sequence[
         kinds = {UNKNOWN_CATEGORY, *read_name(names[index]).heads, *read_name(display_names[index]).heads}
         if naming.kind and naming.kind not in kinds:
             shown = display_names[index].split(",")[0]
-            raise UsageError(f"there is no {naming.kind} {number}, object {number} is {shown}; “object {number} is a ...” names it")
+            how = f"“object {number} is a ...” names it"
+            raise UsageError(f"there is no {naming.kind} {number}, object {number} is {shown}; {how}")
         indices.append(index)
     return indices

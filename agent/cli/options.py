@@ -174,7 +174,8 @@ DepthUnitOption = Annotated[
     typer.Option(
         metavar="METRES|NAME",
         help="Unit of a recording's depths or coordinates: metres per stored unit, such as 0.001, or one of "
-        "m, cm, mm, 0.25mm, 0.1mm and tum (5000 a metre); by default the declared one, unless what is seen contradicts it.",
+        "m, cm, mm, 0.25mm, 0.1mm and tum (5000 a metre); by default the declared one, unless what is seen contradicts "
+        "it.",
     ),
 ]
 CallOption = Annotated[

@@ -78,7 +78,8 @@ def unit_of(text: str | float) -> float:
 
 def named(metres: float) -> str:
     """Say a unit in words."""
-    return next((_WORDS[name] for name, value in UNITS.items() if math.isclose(value, metres, rel_tol=1e-3)), f"{metres:g} m")
+    known = (_WORDS[name] for name, value in UNITS.items() if math.isclose(value, metres, rel_tol=1e-3))
+    return next(known, f"{metres:g} m")
 
 
 def fitting_unit(

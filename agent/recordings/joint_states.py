@@ -263,7 +263,8 @@ def _described(arm: _Arm) -> str:
     joints = [name for name in arm.names if name not in fingers and name not in tips]
     named = _MODEL.search(arm.prefix) or _MODEL.search(arm.topics[0])
     by_name = f", a {named[0]} by its name" if named else ""
-    count = f"{len(joints)} joint{'s' * (len(joints) != 1)} and {len(fingers) or 'no'} finger{'s' * (len(fingers) != 1)}"
+    count = f"{len(joints)} joint{'s' * (len(joints) != 1)}"
+    count += f" and {len(fingers) or 'no'} finger{'s' * (len(fingers) != 1)}"
     return f"{count} ({_listed([*joints, *fingers])}{by_name})"
 
 

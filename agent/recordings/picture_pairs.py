@@ -64,8 +64,8 @@ def why_none(folder: Path, depth: Path, colors: Mapping[str, Path]) -> str:
     names = [_of(color, folder) for color in colors.values()]
     few = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
     return (
-        f"no colour picture goes with {_of(depth, folder)}: {few} {'has' if len(names) == 1 else 'have'} another name, no "
-        f"file lists them together, and no times say that they were taken within {_TOGETHER:g} s"
+        f"no colour picture goes with {_of(depth, folder)}: {few} {'has' if len(names) == 1 else 'have'} another name, "
+        f"no file lists them together, and no times say that they were taken within {_TOGETHER:g} s"
     )
 
 

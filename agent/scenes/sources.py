@@ -95,7 +95,8 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
         return RecordedSource(example_path() if scene == EXAMPLE else path, recorded)
     if recorded.given:
         raise UsageError(
-            f"--at, --topic, --camera-pose, --depth-unit and --call are for recordings, and --scene is {shortened(scene)!r}"
+            "--at, --topic, --camera-pose, --depth-unit and --call are for recordings, and --scene is "
+            f"{shortened(scene)!r}"
         )
     if scene == SIMULATED:
         with report_when_slow(f"reading the meshes in {objects!r}", lambda: _has_much_to_read(Path(objects))):

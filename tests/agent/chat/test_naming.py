@@ -6,9 +6,9 @@ from agent import events
 from agent.chat.conversation import Conversation
 from agent.chat.naming import named_indices, naming_of
 from agent.errors import UsageError
+from agent.event_base import json_value
 from agent.pipeline.run import RunOptions
 from agent.reporting.event_text import describe_object
-from agent.event_base import json_value
 
 
 @pytest.mark.parametrize(

@@ -29,11 +29,14 @@ from tests.agent.recordings.bag_making import (
 
 WIDTH, HEIGHT, FOCAL = 320, 240, 283.0
 MATRIX = np.array(((FOCAL, 0, (WIDTH - 1) / 2), (0, FOCAL, (HEIGHT - 1) / 2), (0, 0, 1)))
-BOXES = ((0.0, 0.0, 0.07, 0.09, 0.10), (0.13, 0.06, 0.06, 0.06, 0.05), (-0.14, 0.05, 0.09, 0.05, 0.16), (0.05, -0.11, 0.05, 0.08, 0.07))
+BOXES = (  # x, y, and the sides along x, y and z
+    (0.0, 0.0, 0.07, 0.09, 0.10), (0.13, 0.06, 0.06, 0.06, 0.05), (-0.14, 0.05, 0.09, 0.05, 0.16),
+    (0.05, -0.11, 0.05, 0.08, 0.07),
+)  # fmt: skip
 
 
 def table_depth(distance: float, boxes=BOXES, half: float = 0.6) -> np.ndarray:
-    """Depths (H, W), metres, of boxes on a square table over a floor, by a camera that looks down at it at 55 degrees."""
+    """Depths (H, W), metres, of boxes on a square table over a floor; the camera looks down at 55 degrees."""
     tilt = np.radians(55.0)
     x = (np.arange(WIDTH) - MATRIX[0, 2]) / FOCAL
     y = (np.arange(HEIGHT) - MATRIX[1, 2]) / FOCAL
@@ -117,7 +120,10 @@ def test_no_unit_that_fits_is_asked_for(scenes):
     assert "no usual unit fits" in said and "--depth-unit says it, legal: metres per stored unit" in said
 
 
-@pytest.mark.parametrize(("text", "metres"), [("0.001", 0.001), ("mm", 0.001), ("0.25 mm", 0.00025), ("TUM", 0.0002), ("m", 1.0), (0.0001, 0.0001)])
+@pytest.mark.parametrize(
+    ("text", "metres"),
+    [("0.001", 0.001), ("mm", 0.001), ("0.25 mm", 0.00025), ("TUM", 0.0002), ("m", 1.0), (0.0001, 0.0001)],
+)
 def test_units_are_given_by_numbers_and_names(text, metres):
     assert unit_of(text) == metres
 
@@ -169,7 +175,8 @@ def test_tf_settles_between_units(tmp_path, scenes):
 def test_with_tf_near_and_far_tables_are_told_apart(scenes, distance, true):
     tilt = np.radians(55.0)
     base_from_camera = np.eye(4)
-    base_from_camera[:3, :3] = np.array(((1.0, 0, 0), (0, -np.sin(tilt), np.cos(tilt)), (0, -np.cos(tilt), -np.sin(tilt))))
+    s, c = np.sin(tilt), np.cos(tilt)
+    base_from_camera[:3, :3] = np.array(((1.0, 0, 0), (0, -s, c), (0, -c, -s)))
     base_from_camera[2, 3] = distance * np.sin(tilt)
     points = in_space((scenes[distance] / true).astype(np.float32), MATRIX)
     unit, note = fitting_unit(points, 0.001, IN_BAGS, base_from_camera=lambda: base_from_camera)
@@ -179,7 +186,8 @@ def test_with_tf_near_and_far_tables_are_told_apart(scenes, distance, true):
 def test_compressed_depths_and_clouds_in_millimetres(tmp_path, scenes):
     buffer = io.BytesIO()
     Image.fromarray(np.rint(scenes[1.1] / 0.0001).astype(np.uint16)).save(buffer, "png")
-    fields = {"header": (OPTICAL, 0.0), "format": "16UC1; compressedDepth png", "data": np.frombuffer(quantised_header() + buffer.getvalue(), np.uint8)}
+    data = np.frombuffer(quantised_header() + buffer.getvalue(), np.uint8)
+    fields = {"header": (OPTICAL, 0.0), "format": "16UC1; compressedDepth png", "data": data}
     packed = Said(f"{DEPTH}/compressedDepth", "sensor_msgs/msg/CompressedImage", fields)
     lens = camera_info(DEPTH_INFO, height=HEIGHT, width=WIDTH, k=MATRIX, p=np.hstack((MATRIX, np.zeros((3, 1)))))
     right = pytest.approx(float(np.median(scenes[1.1][scenes[1.1] > 0])), rel=0.01)
@@ -193,7 +201,8 @@ def test_compressed_depths_and_clouds_in_millimetres(tmp_path, scenes):
 def test_clouds_on_disk(tmp_path, scenes, true, name):
     points = in_space((scenes[1.1] / true).astype("<f4"), MATRIX).reshape(-1, 3)
     points = points[points[:, 2] > 0]
-    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
+    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+    header += "".join(f"property float {axis}\n" for axis in "xyz") + "end_header\n"
     (tmp_path / "a.ply").write_bytes(header.encode() + points.tobytes())
     read, _, notes = read_cloud(tmp_path / "a.ply")
     assert float(np.median(read[..., 2])) == pytest.approx(float(np.median(points[:, 2])) * true, rel=1e-3)
@@ -209,7 +218,8 @@ def test_clouds_on_disk(tmp_path, scenes, true, name):
 )  # fmt: skip
 def test_folders_with_the_numbers_of_data_sets(tmp_path, scenes, scale, true, told):
     Image.fromarray(np.rint(scenes[1.1] / true).astype(np.uint16)).save(tmp_path / "depth.png")
-    lens = {"fx": FOCAL, "fy": FOCAL, "cx": MATRIX[0, 2], "cy": MATRIX[1, 2]} | ({} if scale is None else {"depth_scale": scale})
+    lens = {"fx": FOCAL, "fy": FOCAL, "cx": MATRIX[0, 2], "cy": MATRIX[1, 2]}
+    lens |= {} if scale is None else {"depth_scale": scale}
     (tmp_path / "camera.json").write_text(json.dumps(lens))
     picture = read_rgbd(tmp_path)
     right = float(np.median(scenes[1.1][scenes[1.1] > 0]))

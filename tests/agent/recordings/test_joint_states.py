@@ -121,7 +121,9 @@ def test_angles_in_degrees_serve_where_there_is_nothing_else(tmp_path):
     assert "fingers" in notes[0]
 
 
-@pytest.mark.parametrize("other", [arm_names("right_j2s7s300_", 7, 3), UR5, [f"panda_joint{k}" for k in range(1, 8)]])
+@pytest.mark.parametrize(
+    "other", [arm_names("right_j2s7s300_", 7, 3), UR5, [f"panda_joint{k}" for k in range(1, 8)]]
+)
 @pytest.mark.parametrize("apart", [False, True])
 def test_of_two_arms_none_is_taken_unless_a_topic_is_named(tmp_path, other, apart):
     one = arm_names("left_j2s7s300_", 7, 3)

@@ -17,7 +17,9 @@ def folder_of(path, depths, colors, lens=LENS):
     path.mkdir()
     for number, name in enumerate((*depths, *colors)):
         (path / name).parent.mkdir(exist_ok=True)
-        pixels = np.full((30, 40), 1000 + number, np.uint16) if number < len(depths) else np.full((30, 40, 3), number, np.uint8)
+        pixels = np.full((30, 40, 3), number, np.uint8)
+        if number < len(depths):
+            pixels = np.full((30, 40), 1000 + number, np.uint16)
         Image.fromarray(pixels).save(path / name)
     if lens is not None:
         (path / "camera.json").write_text(json.dumps(lens))
@@ -39,7 +41,7 @@ STAMPED = (
         "0 1 2 3 0 0 0 1 1.0 ./depth/1305031102.160407.png 2.0 ./rgb/1305031102.211214.png extra\n",
         "depth/1305031102.160407.png,rgb/1305031102.211214.png\n",
         "1,5 depth/1305031102.160407.png 2,5 rgb/1305031102.211214.png\n",
-        "1.0 data/depth/1305031102.160407.png 2.0 data/rgb/1305031102.211214.png\n1.0 depth/nowhere.png 2.0 rgb/nowhere.png\n",
+        "1.0 data/depth/1305031102.160407.png 2.0 data/rgb/1305031102.211214.png\n1.0 depth/no.png 2.0 rgb/no.png\n",
     ],
 )
 def test_a_list_goes_before_times(tmp_path, lines):
@@ -63,7 +65,8 @@ def test_times_pair_what_no_list_does(tmp_path):
     assert found.used["color"] == "rgb/1305031102.211214.png" or found.used["color"] == "rgb/1305031102.175304.png"
     assert read_rgbd(folder).used["color"] == "rgb/1305031102.175304.png"
     assert any("0.015 s from the depth" in note for note in read_rgbd(folder).notes)
-    other = folder_of(tmp_path / "b", ("depth/1403715273262142976.png",), ("rgb/1403715273272143101.png", "rgb/1403715274262142976.png"))
+    stamps = ("rgb/1403715273272143101.png", "rgb/1403715274262142976.png")
+    other = folder_of(tmp_path / "b", ("depth/1403715273262142976.png",), stamps)
     assert read_rgbd(other).used["color"] == "rgb/1403715273272143101.png"
 
 
@@ -96,7 +99,8 @@ def camera(focal):
 def test_each_picture_has_its_own_camera(tmp_path):
     names = [f"{role}/{number:06d}.png" for role in ("depth", "rgb") for number in (0, 1, 12)]
     folder = folder_of(tmp_path / "a", names[:3], names[3:], None)
-    (folder / "scene_camera.json").write_text(json.dumps({"0": camera(40.0), "1": camera(50.0), "000012": camera(60.0)}))
+    cameras = {"0": camera(40.0), "1": camera(50.0), "000012": camera(60.0)}
+    (folder / "scene_camera.json").write_text(json.dumps(cameras))
     focal = {name: read_rgbd(folder, name).intrinsics[0, 0] for name in ("000000", "000001", "000012")}
     assert focal == {"000000": 40.0, "000001": 50.0, "000012": 60.0}
     assert float(np.nanmedian(read_rgbd(folder, "000001").depth)) == pytest.approx(1.001)
