@@ -13,6 +13,7 @@ from agent import events
 from agent.chat.answers import answer, reply_to_unknown_question
 from agent.chat.goal_turns import GoalTurns
 from agent.chat.knowledge import Knowledge
+from agent.chat.naming import named_indices, naming_of
 from agent.chat.participants import Participants, UnclearObjectError, select_participants
 from agent.chat.state import apply_answer, complete_spec, with_a_shape
 from agent.errors import NotBuildable, UsageError
@@ -193,9 +194,32 @@ class Conversation(GoalTurns):
             events.Answered(text, answer(acts, self._known()) if acts else reply_to_unknown_question(self._known()))
         )
 
-    def replied(self, line: str) -> bool:
-        """Answer a line that is small talk or a question and asks for nothing to be built. Return whether it was one.
+    def named(self, line: str) -> bool:
+        """Give objects of a recording the noun that a line says they are; a pending proposal or question remains.
+
+        Returns:
+            Whether the line says that.
+
+        Raises:
+            UsageError: for an object that is not there, and for a table that is no recording.
         """
+        if (naming := naming_of(line)) is None:
+            return False
+        table = self.table
+        indices = named_indices(naming, table.names, table.display_names)
+        names = [table.names[index] for index in indices]
+        self.source.call(table, dict.fromkeys(names, naming.noun))
+        shown = dict(zip(table.names, table.display_names, strict=True))
+        lines = [f"object {n} is {shown[name]} from now on." for n, name in zip(naming.numbers, names, strict=True)]
+        self.send(events.Answered(line, "\n".join(lines)))
+        return True
+
+    def replied(self, line: str) -> bool:
+        """Answer a line that is small talk or a question, or names objects, and asks for nothing to be built. Return
+        whether it was one.
+        """
+        if self.named(line):
+            return True
         acts = acts_of(line)
         if not acts and not (is_question(line) and self.asks_for_nothing(line)):
             return False

@@ -148,6 +148,8 @@ class Chat:
                 return False
             self._conversation.send(events.Commanded(f"{command.name} {rest}".strip()))
             self._commands.run(command.name, rest)
+        elif self._conversation.named(line):
+            self._screen.scene(self._conversation.look().to_dict())
         elif self._conversation.question is not None:
             self._answer(line)
         elif self._conversation.situation.proposal is not None:

@@ -13,6 +13,7 @@ import typer
 from agent.cli.options import (
     AtOption,
     CameraPoseOption,
+    DepthUnitOption,
     JsonOption,
     ObjectsOption,
     SeedOption,
@@ -59,6 +60,7 @@ def _bag() -> None:
 def info(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Bag, or example.", show_default=False)],
     topic: TopicOption = None,
+    depth_unit: DepthUnitOption = None,
     json_output: JsonOption = False,
 ) -> None:
     """Show the contents of a bag.
@@ -70,8 +72,9 @@ def info(
     from agent.recordings import recording_path
     from agent.recordings.inspection import inspect_bag, print_bag_info
 
+    reading = reading_of(topics=topic, depth_unit=depth_unit)
     with results_stream() as results:
-        found = inspect_bag(recording_path(file), reading_of(topics=topic).topics)
+        found = inspect_bag(recording_path(file), reading.topics, reading.depth_unit)
         if json_output:
             print(json.dumps(found.to_dict(), indent=1, ensure_ascii=False), file=results)
         else:
@@ -89,6 +92,7 @@ def objects(
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
+    depth_unit: DepthUnitOption = None,
     picture: Annotated[
         Path | None, typer.Option(metavar="FILE", help="PNG file for the camera image with the found objects.")
     ] = None,
@@ -103,7 +107,7 @@ def objects(
     """
     if picture is not None:
         _check_new_file(picture, "--picture", (".png",), force)
-    reading = reading_of(at, topic, camera_pose)
+    reading = reading_of(at, topic, camera_pose, depth_unit)
     from agent.perception.nouns.recognition import HOW_TO_GET, nouns_available
     from agent.perception.overlay import labelled_picture
     from agent.perception.perceive import perceive
@@ -212,10 +216,8 @@ def from_rgbd(
     intrinsics: Annotated[
         str | None, typer.Option(metavar="FX,FY,CX,CY", help="Camera intrinsics, pixels; needed if no file has them.")
     ] = None,
-    depth_scale: Annotated[
-        float | None,
-        typer.Option(metavar="METRES", help="Unit of the depth image; by default 0.001 for integers."),
-    ] = None,
+    depth_unit: DepthUnitOption = None,
+    depth_scale: Annotated[str | None, typer.Option(hidden=True, help="The former name of --depth-unit.")] = None,
     force: ForceOption = False,
     json_output: JsonOption = False,
 ) -> None:
@@ -232,14 +234,15 @@ def from_rgbd(
             f"--intrinsics cannot be {intrinsics!r}; legal: four numbers FX,FY,CX,CY in pixels, such as "
             "525,525,319.5,239.5"
         )
-    if depth_scale is not None and not 0.0 < depth_scale < 1e3:
-        raise UsageError(f"--depth-scale cannot be {depth_scale}; legal: metres per unit, above 0, such as 0.001")
+    if None not in (depth_unit, depth_scale):
+        raise UsageError("--depth-scale is the former name of --depth-unit; give --depth-unit alone")
+    unit = reading_of(depth_unit=depth_unit or depth_scale).depth_unit
     from agent.recordings.convert import write_rgbd
     from agent.recordings.inspection import inspect_bag
     from agent.recordings.rgbd_folder import read_rgbd
 
     with results_stream() as results:
-        picture = read_rgbd(folder, name, lens, depth_scale)
+        picture = read_rgbd(folder, name, lens, unit)
         write_rgbd(picture, out, force)
         if json_output:
             content = inspect_bag(out).to_dict() | {"name": picture.name, "made_from": picture.used}
@@ -258,6 +261,7 @@ def from_cloud(
         ),
     ],
     out: OutOption,
+    depth_unit: DepthUnitOption = None,
     force: ForceOption = False,
     json_output: JsonOption = False,
 ) -> None:
@@ -273,7 +277,7 @@ def from_cloud(
     from agent.recordings.point_cloud_files import read_cloud
 
     with results_stream() as results:
-        points, color, notes = read_cloud(file)
+        points, color, notes = read_cloud(file, reading_of(depth_unit=depth_unit).depth_unit)
         write_cloud(points, color, out, force)
         if json_output:
             content = inspect_bag(out).to_dict() | {"made_from": {"points": str(file)}}

@@ -13,6 +13,7 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    DepthUnitOption,
     EncoderOption,
     ForceOutOption,
     JsonOption,
@@ -65,6 +66,7 @@ def batch(
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
+    depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
     retry: Annotated[bool, typer.Option("--retry", help="Repeat rows that failed before.")] = False,
@@ -102,7 +104,7 @@ def batch(
     from agent.pipeline.run import RunOptions
 
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
-    recorded = recorded_options(at, topic, camera_pose, call)
+    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry, force)

@@ -13,6 +13,7 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    DepthUnitOption,
     EncoderOption,
     ForceOutOption,
     LLMModelOption,
@@ -64,6 +65,7 @@ def chat(
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
+    depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
 ) -> None:
@@ -76,7 +78,7 @@ def chat(
     """
     claim_folder(out, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
-    recorded = recorded_options(at, topic, camera_pose, call)
+    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, which is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop

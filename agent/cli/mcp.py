@@ -17,6 +17,7 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    DepthUnitOption,
     EncoderOption,
     ForceOutOption,
     LLMModelOption,
@@ -97,6 +98,7 @@ def mcp(
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
+    depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
 ) -> None:
@@ -114,7 +116,7 @@ def mcp(
     folder = out or _default_folder()
     claim_folder(folder, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
-    recorded = recorded_options(at, topic, camera_pose, call)
+    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     if find_spec("mcp") is None:
         raise UsageError(
             "structagent mcp needs the package mcp, and it is not installed; pip install 'structagent[mcp]' does it"

@@ -169,6 +169,15 @@ CameraPoseOption = Annotated[
         help="Pose of the recording's camera in the world: of its optical frame (z forward, x right, y down); m, rad.",
     ),
 ]
+DepthUnitOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="METRES|NAME",
+        help="Unit of a recording's depths or coordinates: metres per stored unit, such as 0.001, or one of "
+        "m, cm, mm, 0.25mm, 0.1mm and tum (5000 a metre); by default the declared one, unless what is seen contradicts "
+        "it.",
+    ),
+]
 CallOption = Annotated[
     list[str] | None,
     typer.Option(metavar="OBJECT=NOUN", help="Noun for an object of a recording, such as 'object 3=mug'. Repeatable."),
@@ -189,7 +198,10 @@ def print_error(message: str) -> None:
 
 
 def reading_of(
-    at: float | None = None, topics: Sequence[str] | None = None, camera_pose: str | None = None
+    at: float | None = None,
+    topics: Sequence[str] | None = None,
+    camera_pose: str | None = None,
+    depth_unit: str | None = None,
 ) -> ReadingOf:
     """Return how a recording is to be read, from the values of the options.
 
@@ -198,10 +210,12 @@ def reading_of(
         topics: each "WHAT=TOPIC".
         camera_pose: "X,Y,Z,ROLL,PITCH,YAW" of the camera's optical frame in the world, metres and radians; roll, pitch
             and yaw turn about the world's x, then y, then z, as in a URDF.
+        depth_unit: metres per stored unit, or its name.
 
     Raises:
         UsageError: for an illegal value.
     """
+    from agent.recordings.depth_units import unit_of
     from agent.recordings.recording import ReadingOf
 
     if at is not None and not (math.isfinite(at) and at >= 0):
@@ -213,16 +227,22 @@ def reading_of(
             again = f", and {what} only once" if what in chosen else ""
             raise UsageError(f"--topic cannot be {text!r}; legal: {'=/TOPIC, '.join(_SOURCES)}=/TOPIC{again}")
         chosen[what] = topic.strip()
-    return ReadingOf(at, chosen, world_from_camera=None if camera_pose is None else _pose(camera_pose))
+    pose = None if camera_pose is None else _pose(camera_pose)
+    unit = None if depth_unit is None else unit_of(depth_unit)
+    return ReadingOf(at, chosen, world_from_camera=pose, depth_unit=unit)
 
 
 def recorded_options(
-    at: float | None, topics: Sequence[str] | None, camera_pose: str | None, calls: Sequence[str] | None
+    at: float | None,
+    topics: Sequence[str] | None,
+    camera_pose: str | None,
+    calls: Sequence[str] | None,
+    depth_unit: str | None = None,
 ) -> RecordedOptions:
     """Return how a recorded scene is to be read and named, from the values of the options.
 
     Args:
-        at, topics, camera_pose: as `reading_of`.
+        at, topics, camera_pose, depth_unit: as `reading_of`.
         calls: each "OBJECT=NOUN"; the object by its name, "object 3", or its number alone.
 
     Raises:
@@ -241,7 +261,7 @@ def recorded_options(
                 f"--call cannot be {text!r}; legal: an object and a noun without digits, such as 'object 3=mug'{again}"
             )
         nouns[name] = noun
-    return RecordedOptions(reading_of(at, topics, camera_pose), nouns)
+    return RecordedOptions(reading_of(at, topics, camera_pose, depth_unit), nouns)
 
 
 def _pose(text: str) -> np.ndarray:

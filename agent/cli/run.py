@@ -15,6 +15,7 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    DepthUnitOption,
     EncoderOption,
     ForceOutOption,
     JsonOption,
@@ -82,6 +83,7 @@ def run(
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
+    depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
     export_trajectory: Annotated[
@@ -116,7 +118,7 @@ def run(
 
         for path in trajectories:
             check_export(path)
-    recorded = recorded_options(at, topic, camera_pose, call)
+    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with folder_or_new(out, f"seed{seed}") as folder:
         outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)

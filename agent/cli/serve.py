@@ -15,6 +15,7 @@ from agent.cli.options import (
     AtOption,
     CallOption,
     CameraPoseOption,
+    DepthUnitOption,
     EncoderOption,
     ForceOutOption,
     LLMModelOption,
@@ -89,6 +90,7 @@ def serve(
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
+    depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
 ) -> None:
@@ -104,7 +106,7 @@ def serve(
     check_installed()
     claim_folder(out, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
-    recorded = recorded_options(at, topic, camera_pose, call)
+    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     import_pybullet_silently()
     from agent.live_view.serve import serve_chat
     from agent.pipeline.run import RunOptions

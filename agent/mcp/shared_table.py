@@ -186,6 +186,8 @@ class SharedTable:
             raise UsageError(
                 f"{quoted(line)} is the command {found[0].name} of a chat; here call a tool such as undo or stop"
             )
+        if talk.named(line):
+            return self._proposal("answered", answer=self._last(events.Answered).answer)
         chosen = chosen_option(line, talk.question) if talk.question is not None else None
         if chosen is None and bare_words(line) in (*YES, *NO):
             raise UsageError(

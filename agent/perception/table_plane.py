@@ -12,7 +12,7 @@ import shapely
 from scipy import ndimage
 
 from agent.errors import BadInput
-from agent.perception.plane_fitting import largest_plane, thinned
+from agent.recordings.plane_fitting import largest_plane, thinned
 from structdiffusion.geometry import lengths, transform_points
 
 FARTHEST = 2.5  # m; depth cameras measure to a centimetre up to there, and no Jaco reaches beyond

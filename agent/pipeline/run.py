@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agent import events
-from agent.errors import DONE, NotBuildable, PartlyDone, exit_code_of, one_sentence
+from agent.errors import DONE, BadInput, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm
 from agent.pipeline.event_builders import (
@@ -125,6 +125,8 @@ class _Run:
         if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
             self.step, began = "scene", time.perf_counter()
             source = cache.source(options.scene, options.objects, options.recorded)
+            if self.trajectories and source.other_arm:
+                raise BadInput(f"{source.other_arm}; without --export-trajectory, the run builds on the twin")
             opening = time.perf_counter() - began
         self.step, began = "parse", time.perf_counter()
         goal = cache.interpreter(options.reading).interpret(self.text)

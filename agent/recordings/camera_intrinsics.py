@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from agent.errors import BadInput
+from agent.recordings.decimal_commas import decimal_comma, is_decimal_comma, refusal
 from agent.runtime.yaml_files import load_yaml
 from structdiffusion.limits import LENS_BYTES
 
@@ -20,42 +22,67 @@ _SUFFIXES = (".json", ".yaml", ".yml", ".txt")
 _WORDS = ("camera", "intrinsic", "calib", "k.")  # of files that are looked into first; other texts never
 _MATRICES = ("k", "cam_k", "camera_matrix", "intrinsic_matrix", "intrinsics", "intrinsic")
 _CENTERS = (("cx", "cy"), ("ppx", "ppy"), ("x_offset", "y_offset"))
+_KEYS = {"fx", "fy", *(key for pair in _CENTERS for key in pair), *_MATRICES}
 _SIZES = (("width", "height"), ("img_width", "img_height"), ("image_width", "image_height"))
+_COARSEST = 0.01  # m
 _METRES_A_UNIT = ("depth_scale", "depth_units", "depth_unit", "depth_factor", "factor_depth")
 
 
 @dataclass(frozen=True)
-class Lens:
+class CameraFile:
     """A pinhole lens as a file describes it.
 
     Attributes:
         intrinsics: (3, 3), pixels.
         size: width and height of the pictures that it holds for, or `None`.
-        depth_scale: metres a unit of the depth pictures, or `None`.
+        depth_scale: the file's number for the unit of the depth pictures, or `None`.
         file: the file that describes it.
+        millimetres: whether that number is in millimetres a unit, as in data sets of BOP.
     """
 
     intrinsics: np.ndarray
     size: tuple[int, int] | None
     depth_scale: float | None
     file: Path
+    millimetres: bool = False
+
+    def depth_unit(self, whole: bool) -> float | None:
+        """Return metres a unit of the depth pictures, or `None` if the file does not say it.
+
+        Files give metres a unit, or units a metre, which are more than one, or millimetres a unit: whole numbers
+        (`whole`) of more than a centimetre would be too coarse for any depth.
+        """
+        scale = self.depth_scale
+        if scale is None:
+            return None
+        if self.millimetres or whole and _COARSEST < scale <= 1.0:
+            return scale / 1000.0
+        return scale if scale <= 1.0 else 1.0 / scale
 
 
-def find_lens(folder: Path) -> Lens | None:
+def find_lens(folder: Path, name: str = "", names: Sequence[str] = ()) -> CameraFile | None:
     """Find the lens that a file in the folder describes; files with the most likely names are tried first.
 
+    Args:
+        folder: the folder.
+        name: of the picture: its own camera goes before others, in a file of its own or in one of many cameras.
+        names: of all pictures; a file that is named for another one is passed over.
+
     Raises:
-        BadInput: for a file named for it that cannot be read.
+        BadInput: for a file named for it that cannot be read, or that has cameras of other pictures alone.
     """
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES and path.is_file())
+    others = set(names) - {name, ""}
+    files = [path for path in files if not others & (words := _words_of(path)) or name in words]
+    files.sort(key=lambda path: name not in _words_of(path))
     named = [path for path in files if any(word in path.name.lower() for word in _WORDS)]
     for path in named:
-        if (lens := _lens_of(path)) is not None:
+        if (lens := _lens_of(path, name)) is not None:
             return lens
     for path in files:
         if path not in named and path.suffix.lower() != ".txt":
             try:
-                lens = _lens_of(path)
+                lens = _lens_of(path, name)
             except BadInput:  # it need not be about a camera at all
                 continue
             if lens is not None:
@@ -63,27 +90,61 @@ def find_lens(folder: Path) -> Lens | None:
     return None
 
 
+def _words_of(path: Path) -> set[str]:
+    """Return the parts of a file's name, and the whole without its last word: 000004-camera is 000004's."""
+    parts = [part for part in re.split(r"[\W_]+", path.stem.lower()) if part]
+    return {*parts, "-".join(parts[:-1]), "-".join(parts[1:])}
+
+
 def matrix_of(fx: float, fy: float, cx: float, cy: float) -> np.ndarray:
     """Return the matrix (3, 3) of focal lengths and principal point, pixels."""
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
-def _lens_of(path: Path) -> Lens | None:
+def _lens_of(path: Path, name: str) -> CameraFile | None:
     if (size := path.stat().st_size) > LENS_BYTES:
         raise BadInput(f"the camera's file {str(path)!r} has {size} bytes; at most {LENS_BYTES} are read")
     try:
         text = path.read_text(encoding="utf-8-sig")
         if path.suffix.lower() == ".txt":
+            if number := decimal_comma(text.splitlines()):
+                raise refusal(f"the camera's file {str(path)!r}", number)
             rows = [[float(value) for value in line.replace(",", " ").split()] for line in text.splitlines() if line]
             matrix = _matrix([value for row in rows for value in row])
-            return None if matrix is None else Lens(matrix, None, None, path)
+            return None if matrix is None else CameraFile(matrix, None, None, path)
         found = _parsed(text, path.suffix.lower())
     except (ValueError, RecursionError) as error:
         raise BadInput(f"the camera's file {str(path)!r} cannot be read: {error}") from error
+    found = _own_entry(found, name, path)
     for values in _mappings(found):
         if (matrix := _matrix_in(values)) is not None:
-            return Lens(matrix, _size_in(values), _scale_in([values, *_mappings(found)]), path)
+            scale = _scale_in([values, *_mappings(found)])
+            return CameraFile(matrix, _size_in(values), scale, path, "cam_k" in values)
+    for values in _mappings(found):
+        for key, value in values.items():
+            if isinstance(value, str) and key in _KEYS and is_decimal_comma(value):
+                raise refusal(f"{key} in the camera's file {str(path)!r}", value)
     return None
+
+
+def _own_entry(found: Any, name: str, path: Path) -> Any:
+    """Return the entry of a picture in a file that has a camera for each number of a picture; anything else unchanged.
+
+    Raises:
+        BadInput: if it has cameras that differ, and none of the picture.
+    """
+    if not isinstance(found, Mapping) or not found or not all(str(key).isdecimal() for key in found):
+        return found
+    number = re.search(r"\d+$", name)
+    for key, value in found.items():
+        if number is not None and int(key) == int(number[0]):
+            return value
+    values = list(found.values())
+    if all(value == values[0] for value in values):
+        return values[0]
+    keys = [str(key) for key in found]
+    few = ", ".join(keys[:8]) + (f" and {len(keys) - 8} more" if len(keys) > 8 else "")
+    raise BadInput(f"{str(path)!r} has cameras of the pictures {few}, and none of {name!r}")
 
 
 def _parsed(text: str, suffix: str) -> Any:
@@ -145,12 +206,12 @@ def _size_in(values: Mapping[str, Any]) -> tuple[int, int] | None:
 
 
 def _scale_in(places: Sequence[Mapping[str, Any]]) -> float | None:
-    """Return metres per unit; some files give units per metre instead, which is more than one."""
+    """Return a file's number for the unit of depths, whatever it means."""
     for values in places:
         for key in _METRES_A_UNIT:
             value = values.get(key)
             if _is_number(value) and value > 0:
-                return float(value) if value <= 1 else 1.0 / float(value)
+                return float(value)
     return None
 
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from agent.errors import BadInput
 from agent.recordings.bayer import MOSAICS, colors_of_mosaic
+from agent.recordings.byte_order import in_right_order, note_of
+from agent.recordings.depth_units import MILLIMETRE
 from agent.recordings.message_decoding import FARTHEST
 from agent.recordings.pictures import open_picture, pixels_of
 from agent.recordings.rvl import unpack_rvl
@@ -42,17 +45,50 @@ _RVL_SIZE = "<II"
 _QUANTISED = "<iff"  # the header of compressedDepth: a number for the format, then A and B
 
 
-def depth_picture(message: Any) -> np.ndarray:
-    """Return the depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
+@dataclass(frozen=True)
+class StoredDepths:
+    """The depths of a message as it stores them.
+
+    Attributes:
+        values: (H, W) float32, 0 or NaN where nothing was measured.
+        unit: metres per unit, by the encoding.
+        note: what was corrected, or "".
+    """
+
+    values: np.ndarray
+    unit: float
+    note: str = ""
+
+    def metres(self, unit: float | None = None) -> np.ndarray:
+        """Return the depths (H, W) float32 in metres, NaN where nothing was measured.
+
+        Args:
+            unit: metres per unit, in place of that of the encoding.
+        """
+        return _without_zero(self.values * np.float32(self.unit if unit is None else unit))
+
+
+def stored_depths(message: Any) -> StoredDepths:
+    """Return the depths of a raw Image.
 
     Raises:
         BadInput: if it is not a depth picture, or contradicts itself.
     """
     if message.encoding not in DEPTHS:
         raise BadInput(f"a picture of encoding {message.encoding!r} holds no depths; legal: {', '.join(DEPTHS)}")
-    if message.encoding == "32FC1":
-        return _without_zero(_pixels(message, "f4", 1)[..., 0].astype(np.float32))
-    return _without_zero(_pixels(message, "u2", 1)[..., 0] * np.float32(0.001))
+    kind, unit = ("f4", 1.0) if message.encoding == "32FC1" else ("u2", MILLIMETRE)
+    pixels = _pixels(message, kind, 1)[..., 0]
+    note = note_of(pixels, bool(message.is_bigendian))
+    return StoredDepths(in_right_order(pixels).astype(np.float32), unit, note)
+
+
+def depth_picture(message: Any) -> np.ndarray:
+    """Return the depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
+
+    Raises:
+        BadInput: as `stored_depths`.
+    """
+    return stored_depths(message).metres()
 
 
 def color_picture(message: Any) -> np.ndarray:
@@ -97,6 +133,15 @@ def compressed_depth(message: Any) -> np.ndarray:
     """Return the depths (H, W) float32 of a CompressedImage, metres; NaN where nothing was measured.
 
     Raises:
+        BadInput: as `stored_compressed_depths`.
+    """
+    return stored_compressed_depths(message).metres()
+
+
+def stored_compressed_depths(message: Any) -> StoredDepths:
+    """Return the depths of a CompressedImage.
+
+    Raises:
         BadInput: if it is neither a PNG of depths nor RVL.
     """
     data, header = message.data.tobytes(), struct.calcsize(_QUANTISED)
@@ -113,8 +158,8 @@ def compressed_depth(message: Any) -> np.ndarray:
     if message.format.startswith("32FC1"):
         with np.errstate(divide="ignore", invalid="ignore"):
             depth = np.where(values > 0, a / (values - b), np.nan).astype(np.float32)
-        return _without_zero(depth)
-    return _without_zero(values.astype(np.float32) * np.float32(0.001))
+        return StoredDepths(depth, 1.0)
+    return StoredDepths(values.astype(np.float32), MILLIMETRE)
 
 
 def _from_png(data: bytes) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 from agent.errors import BadInput
 from agent.recordings.bag_reader import Bag, open_bag
 from agent.recordings.joint_states import arm_state, joint_streams
-from agent.recordings.load import used
+from agent.recordings.load import measuring_notes, used
 from agent.recordings.survey import first_times, last_times
 from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
 from agent.recordings.topic_selection import Choice, Offer, check_named, choose, offers
@@ -98,12 +98,15 @@ class BagInfo:
         }
 
 
-def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
+def inspect_bag(
+    path: Path, named: Mapping[str, str] | None = None, depth_unit: float | None = None
+) -> BagInfo:
     """Inspect the bag at `path`; only a few messages of large topics are read.
 
     Args:
         path: a bag of any kind.
         named: role -> topic, as in `ReadingOf.topics`.
+        depth_unit: as in `ReadingOf`.
 
     Raises:
         BadInput: if it is not a bag, or too damaged to be read, or has no topic that is named.
@@ -124,12 +127,12 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
             offer = offer_of.get(stream)
             of_camera = (offer.frame, offer.role, offer.problem) if offer else ()
             topics.append(TopicInfo(stream.topic, stream.type, stream.count, rate, first, last, *of_camera))
-        frames, available, use, notes = _use(bag, dict(named or {}), there)
+        frames, available, use, notes = _use(bag, dict(named or {}), there, depth_unit)
         return BagInfo(path, bag.seconds, tuple(topics), frames, available, use, (*bag.notes, *notes))
 
 
 def _use(
-    bag: Bag, named: Mapping[str, str], there: list[Offer]
+    bag: Bag, named: Mapping[str, str], there: list[Offer], depth_unit: float | None
 ) -> tuple[tuple[FrameInfo, ...], dict[str, bool], dict[str, str], list[str]]:
     """Return the frames of tf, the available data, its use, and notes."""
     choice, notes, camera = Choice(), [], ""
@@ -137,12 +140,14 @@ def _use(
         choice = choose(bag, named, there)
         camera = choice.source.frame
         notes += [f"{choice.source.stream.topic}: {choice.source.problem}"] if choice.source.problem else []
+        notes += measuring_notes(bag, choice, depth_unit)
     except BadInput as error:
         notes.append(str(error))
     moving = [stream for stream in transform_streams(bag) if not is_static(stream)]
     moment = max(first_times(bag, moving).values(), default=bag.start)
-    arm, arm_stream, said = arm_state(bag, joint_streams(bag, named.get("joints")), moment)
-    notes += said
+    found = arm_state(bag, joint_streams(bag, named.get("joints")), moment)
+    arm = found.state
+    notes += found.notes
     tf = read_frames(bag, moment, [(camera, "")] if camera else [])
     try:
         pose, said = base_from_camera(tf, camera, arm.prefix if arm else "") if camera else (None, tf.spoilt)
@@ -158,7 +163,7 @@ def _use(
         "arm's joints": arm is not None,
         "camera to arm": pose is not None,
     }
-    use = used(choice, arm_stream, bag if pose is not None else None)
+    use = used(choice, found.stream, bag if pose is not None else None)
     return tuple(FrameInfo(child, parent, static) for parent, child, static in frames), available, use, notes
 
 

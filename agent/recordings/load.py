@@ -13,15 +13,18 @@ import numpy as np
 from agent.errors import BadInput, UsageError
 from agent.recordings.bag_reader import METADATA, STORAGES, Bag, Message, Stream, open_bag
 from agent.recordings.cloud_frame import in_optical_frame
-from agent.recordings.image_decoding import (
-    color_picture,
-    compressed_color,
-    compressed_depth,
-    compressed_size,
-    depth_picture,
-)
+from agent.recordings.depth_scale import ScaleFinder, stored
+from agent.recordings.image_decoding import color_picture, compressed_color, compressed_size
 from agent.recordings.joint_states import arm_state, joint_streams
-from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
+from agent.recordings.message_decoding import (
+    COMPRESSED,
+    Lens,
+    frame_name,
+    lens_of,
+    stamp,
+    stored_cloud,
+    without_nothing,
+)
 from agent.recordings.point_count import lens_of_every, step_of, told_of, with_fewer_points
 from agent.recordings.recording import DepthFrame, ReadingOf, Recording
 from agent.recordings.survey import first_times
@@ -98,7 +101,9 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
     # The points of an unorganised cloud are not those of the next one.
     several = choice.points is None or choice.points.height > 1
-    looks = _looks(bag, choice, lens, moment, options.looks if several else 1)
+    scale = ScaleFinder(bag, choice, options.depth_unit)
+    looks = _looks(bag, choice, lens, scale, moment, options.looks if several else 1)
+    notes += scale.notes
     look, recorded = looks[0].value, looks[0].time
     frames = read_frames(bag, look.stamp, _ways(choice, look.frame))
     looks = _from_one_place(bag, looks, frames)
@@ -113,17 +118,18 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
         color, said = _color(bag, choice, look, points, recorded, frames, "color" in options.topics)
         notes += said
     if lens is not None:
+        lens = lens.scaled(*look.size[::-1])
         notes += [lens.note] if lens.note else []
-    arm, arm_stream, said = arm_state(bag, joints, recorded)
-    notes += said
+    arm = arm_state(bag, joints, recorded)
+    notes += arm.notes
     try:
-        base_pose, said = base_from_camera(frames, look.frame, arm.prefix if arm else "")
+        base_pose, said = base_from_camera(frames, look.frame, arm.state.prefix if arm.state else "")
     except TransformLoop:
         if options.world_from_camera is None:
             raise
         base_pose, said = None, []
     notes += said
-    intrinsics = None if lens is None else lens_of_every(lens.scaled(*look.size[::-1]).matrix, look.step)
+    intrinsics = None if lens is None else lens_of_every(lens.matrix, look.step)
     notes += [told_of(*look.size)] if look.step > 1 else []
     frame = DepthFrame(points, color, look.frame, (recorded - bag.start) / 1e9, intrinsics, count)
     frame, told = with_fewer_points(frame)
@@ -136,10 +142,26 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
         frame,
         base_pose,
         options.world_from_camera,
-        arm,
-        used(choice, arm_stream, bag if base_pose is not None else None, color is not None),
-        tuple(notes),
+        arm.state,
+        used(choice, arm.stream, bag if base_pose is not None else None, color is not None),
+        tuple(dict.fromkeys(notes)),
+        arm.other,
     )
+
+
+def measuring_notes(bag: Bag, choice: Choice, depth_unit: float | None) -> list[str]:
+    """Return what a reading would say about the lens and the unit of the chosen topic, a sentence each.
+
+    Raises:
+        BadInput: if it could not be read.
+    """
+    moment = _moment(bag, None, choice, [])
+    lens = None if choice.depth_info is None else _lens(bag, choice.depth_info, choice.source, moment)
+    scale = ScaleFinder(bag, choice, depth_unit)
+    look = _looks(bag, choice, lens, scale, moment, 1)[0].value
+    if lens is not None:
+        lens = lens.scaled(*look.size[::-1])
+    return [*scale.notes, *([lens.note] if lens is not None and lens.note else [])]
 
 
 def used(choice: Choice, joints: Stream | None, with_tf: Bag | None, with_color: bool = True) -> dict[str, str]:
@@ -191,7 +213,9 @@ def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
     return found[0].value
 
 
-def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) -> list[Found[_Look]]:
+def _looks(
+    bag: Bag, choice: Choice, lens: Lens | None, scale: ScaleFinder, moment: int, most: int
+) -> list[Found[_Look]]:
     """Return the measurements nearest to the moment, the nearest first.
 
     Raises:
@@ -211,13 +235,17 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
                 raise BadInput(f"the pictures that were looked at have {MOST_PIXELS_TOGETHER} pixels together")
             looked_at += width * height
         if choice.points is not None:
-            points, colors = cloud_points(decoded)
-            step = 1
+            points, colors, note = stored_cloud(decoded)
+            unit = scale.unit_of(points, 1.0, note, decoded.header, message.recorded)
+            points, step = without_nothing(points if unit == 1.0 else points * np.float32(unit)), 1
         else:
             assert lens is not None
-            depth = compressed_depth(decoded) if stream.type == COMPRESSED else depth_picture(decoded)
-            step = step_of(*depth.shape)
-            points, colors = _points(depth, lens, step, rays), None
+            depth, colors = stored(choice, decoded), None
+            step = step_of(*depth.values.shape)
+            if scale.unit is None:
+                seen = _points(depth.values, lens, step, rays)
+                scale.unit_of(seen, depth.unit, depth.note, decoded.header, message.recorded)
+            points = _points(depth.metres(scale.unit), lens, step, rays)
         if not np.isfinite(points).any():
             raise BadInput("a picture measures nothing: it has no valid point")
         when = stamp(decoded.header, message.recorded)

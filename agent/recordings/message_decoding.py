@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from textwrap import shorten
 from typing import Any
 
 import numpy as np
 
 from agent.errors import BadInput
+from agent.recordings.byte_order import note_of
 from agent.recordings.cloud_colors import COLOR_FIELDS, colors_of
 from agent.recordings.sizes import check_points
 
@@ -23,6 +24,8 @@ TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 _FIELD_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # of sensor_msgs/PointField
 FARTHEST = 100.0  # m; beyond it nothing of a table is measured, and some drivers write 1e10 for "nothing"
 _MOST_PIXELS = 1e5  # of a focal length, and from a picture's corner to its middle
+_SAME_RATIO = 0.02  # by which the ratio of a picture's sides may differ from the lens's
+_SAME_MIDDLE = 0.02  # of a region's side: the middles of a lens's two matrices differ by less
 _CLOCKS_APART = 5e9  # ns; a stamp that is further from the time of recording is of another clock
 
 
@@ -39,9 +42,24 @@ def stamp(header: Any, recorded: int) -> int:
     return stamped if abs(stamped - recorded) < _CLOCKS_APART else recorded
 
 
-def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return points and colours of a PointCloud2: (H, W, 3) float32 with NaN where there is none, and uint8 RGB or
-    `None`.
+def cloud_points(message: Any, unit: float = 1.0) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return points and colours of a PointCloud2: (H, W, 3) float32, metres, with NaN where there is none, and uint8
+    RGB or `None`.
+
+    Args:
+        message: the cloud.
+        unit: metres per unit of its coordinates.
+
+    Raises:
+        BadInput: as `stored_cloud`.
+    """
+    points, colors, _ = stored_cloud(message)
+    return without_nothing(points if unit == 1.0 else points * np.float32(unit)), colors
+
+
+def stored_cloud(message: Any) -> tuple[np.ndarray, np.ndarray | None, str]:
+    """Return points (H, W, 3) float32 of a PointCloud2 in its own unit, colours (H, W, 3) uint8 or `None`, and what was
+    corrected, or "".
 
     Raises:
         BadInput: if the message contradicts itself, or has no x, y and z.
@@ -57,7 +75,7 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
             f"and has {len(message.data)}"
         )
     check_points(height * width, "a cloud")
-    order = ">" if message.is_bigendian else "<"
+    order, other = (">", "<") if message.is_bigendian else ("<", ">")
     kinds: dict[str, tuple[str, int]] = {}
     for field in message.fields:
         kind = _FIELD_TYPES.get(field.datatype)
@@ -74,12 +92,15 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
         dtype = np.dtype({"names": ["it"], "formats": [kind], "offsets": [offset], "itemsize": step})
         return np.ndarray((height, width), dtype, np.ascontiguousarray(message.data), 0, (row_step, step))["it"]
 
+    note = note_of(values("x"), bool(message.is_bigendian))
+    if note:
+        order, kinds = other, {name: (other + kind[1:], offset) for name, (kind, offset) in kinds.items()}
     points = np.empty((height, width, 3), np.float32)
     with np.errstate(over="ignore", invalid="ignore"):
         for column, axis in enumerate("xyz"):
             points[..., column] = values(axis)
     colored = {name: values(name) for name in kinds.keys() & COLOR_FIELDS}
-    return without_nothing(points), colors_of(colored, (height, width))
+    return points, colors_of(colored, (height, width)), note
 
 
 def without_nothing(points: np.ndarray) -> np.ndarray:
@@ -91,6 +112,68 @@ def without_nothing(points: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
+class View:
+    """A part of the whole picture of a camera.
+
+    Attributes:
+        x, y, width, height: the region, pixels of the whole picture.
+        binning: how many of its columns and rows are joined to one pixel.
+    """
+
+    x: int
+    y: int
+    width: int
+    height: int
+    binning: tuple[int, int] = (1, 1)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Return the columns and rows of the picture."""
+        return max(1, self.width // self.binning[0]), max(1, self.height // self.binning[1])
+
+
+def views_of(message: Any) -> tuple[View, ...]:
+    """Return the pictures that a CameraInfo may be about, the stated one first: the region of interest and the binning,
+    either of them alone, and the whole picture; none if it states neither.
+    """
+    roi, width, height = getattr(message, "roi", None), message.width, message.height
+    binning = max(1, getattr(message, "binning_x", 1)), max(1, getattr(message, "binning_y", 1))
+    whole = region = View(0, 0, width, height)
+    if roi is not None and roi.width and roi.height:
+        region = View(roi.x_offset, roi.y_offset, roi.width, roi.height)
+    if not (width and height) or (binning == (1, 1) and region == whole):
+        return ()
+    return tuple(dict.fromkeys((replace(region, binning=binning), region, replace(whole, binning=binning), whole)))
+
+
+def _is_cut_out(matrix: np.ndarray, other: np.ndarray, region: View) -> bool:
+    """Return whether a matrix is already that of the region, which some drivers write: its middle is then outside of
+    the region if that is cut out once more, or it is that of the message's other matrix with the region cut out.
+    """
+    shift, middle = np.array((region.x, region.y)), matrix[:2, 2]
+    if not shift.any():
+        return False
+    apart = np.abs(middle + shift - other[:2, 2]).max()
+    if _is_lens(other) and apart < _SAME_MIDDLE * max(region.width, region.height):
+        return True
+    return not _inside(middle - shift, region) and _inside(middle, region)
+
+
+def _inside(middle: np.ndarray, region: View) -> bool:
+    return bool(((middle > 0) & (middle < (region.width, region.height))).all())
+
+
+def _resized(across: float, down: float) -> np.ndarray:
+    """Return the matrix (3, 3) from the pixels of a picture to those of the same picture in another size."""
+    half = np.array(((1.0, 0, 0.5), (0, 1, 0.5), (0, 0, 1)))  # from a pixel's middle to the picture's corner
+    return np.linalg.inv(half) @ np.diag((across, down, 1.0)) @ half
+
+
+def _by(size: tuple[int, int]) -> str:
+    return f"{size[0]} x {size[1]}"
+
+
+@dataclass(frozen=True)
 class Lens:
     """The lens that a CameraInfo describes.
 
@@ -99,7 +182,8 @@ class Lens:
         distortion: the coefficients k1 k2 p1 p2 k3 k4 k5 k6; all zero for a rectified picture.
         width, height: of the picture, pixels.
         frame: the optical frame.
-        note: a remark on ignored content, or "".
+        note: a remark on ignored or adapted content, or "".
+        views: the pictures that it may hold for; the matrix is that of the whole one.
     """
 
     matrix: np.ndarray
@@ -108,23 +192,47 @@ class Lens:
     height: int
     frame: str
     note: str = ""
+    views: tuple[View, ...] = ()
 
     def scaled(self, width: int, height: int) -> Lens:
-        """Return the same lens for a picture of another size that shows the same view.
+        """Return the lens for a picture of a size: of the region and the binning that it states if they agree with
+        the size, of the whole picture otherwise; scaled where the sides have the same ratio.
 
         Raises:
             BadInput: if the sides have another ratio.
         """
-        if (width, height) == (self.width, self.height) or not (self.width and self.height):
+        if not (self.width and self.height) or not self.views and (width, height) == (self.width, self.height):
             return self
-        across, down = width / self.width, height / self.height
-        if abs(across / down - 1) > 0.02:
-            raise BadInput(
-                f"a CameraInfo for {self.width} x {self.height} pixels does not fit a picture of {width} x {height}"
+        views = self.views or (View(0, 0, self.width, self.height),)
+        fitting = next((view for view in views if view.size == (width, height)), None)
+        if fitting is not None:
+            return replace(self._of(fitting), note=self._noted(self._contradiction(width, height)))
+        for view in views:
+            across, down = width / view.size[0], height / view.size[1]
+            if abs(across / down - 1) <= _SAME_RATIO:
+                told = f"the CameraInfo for {_by(view.size)} pixels was scaled to the picture of {_by((width, height))}"
+                matrix = _resized(across, down) @ self._of(view).matrix
+                return replace(self, matrix=matrix, width=width, height=height, note=self._noted(told), views=())
+        sizes = " or ".join(dict.fromkeys(_by(view.size) for view in views))
+        raise BadInput(f"a CameraInfo for {sizes} pixels does not fit a picture of {_by((width, height))}")
+
+    def _of(self, view: View) -> Lens:
+        """Return the lens of a view, for which its region is cut out and its pixels are joined."""
+        cut = np.array(((1.0, 0, -view.x), (0, 1, -view.y), (0, 0, 1)))
+        matrix = _resized(1 / view.binning[0], 1 / view.binning[1]) @ cut @ self.matrix
+        return replace(self, matrix=matrix, width=view.size[0], height=view.size[1], views=())
+
+    def _noted(self, told: str) -> str:
+        return "; ".join(filter(None, (self.note, told)))
+
+    def _contradiction(self, width: int, height: int) -> str:
+        """Say so where the picture has not the size that the stated region and binning would give."""
+        if self.views and self.views[0].size != (width, height):
+            return (
+                f"the CameraInfo's region and binning give a picture of {_by(self.views[0].size)} pixels, and it has "
+                f"{_by((width, height))}"
             )
-        half = np.array(((1.0, 0, 0.5), (0, 1, 0.5), (0, 0, 1)))  # from a pixel's middle to the picture's corner
-        matrix = np.linalg.inv(half) @ np.diag((across, down, 1.0)) @ half @ self.matrix
-        return Lens(matrix, self.distortion, width, height, self.frame, self.note)
+        return ""
 
     def rays(self, width: int, height: int) -> np.ndarray:
         """Return (H, W, 2): x / z and y / z of what each pixel shows."""
@@ -170,7 +278,8 @@ def lens_of(message: Any, rectified: bool) -> Lens:
     raw, of_rectified, bent = (
         np.asarray(getattr(message, name, getattr(message, name.upper(), ())), dtype=float) for name in "kpd"
     )
-    matrix, projection = raw.reshape(3, 3), of_rectified.reshape(3, 4)[:, :3]
+    raw_matrix, projection = raw.reshape(3, 3), of_rectified.reshape(3, 4)[:, :3]
+    matrix = raw_matrix
     use_projection = _is_lens(projection) and (rectified or not _is_lens(matrix))
     if use_projection:
         matrix = projection
@@ -182,8 +291,11 @@ def lens_of(message: Any, rectified: bool) -> Lens:
             distortion[: min(8, len(bent))] = bent[:8]
         else:
             note = f"the lens's distortion ({message.distortion_model or 'no model named'}) was left out"
+    views = views_of(message)
+    if views and _is_cut_out(matrix, projection if matrix is raw_matrix else raw_matrix, views[0]):
+        matrix = np.array(((1.0, 0, views[0].x), (0, 1, views[0].y), (0, 0, 1))) @ matrix  # as of the whole picture
     return Lens(
-        matrix.copy(), distortion, message.width, message.height, frame_name(message.header.frame_id), note
+        matrix.copy(), distortion, message.width, message.height, frame_name(message.header.frame_id), note, views
     )
 
 

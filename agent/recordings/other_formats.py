@@ -27,7 +27,7 @@ def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
             what = "a folder of pictures" if path.is_dir() else "a cloud"
             raise UsageError(f"{name} is for bags, and {str(path)!r} is {what}")
     if path.suffix.lower() in SUFFIXES:
-        points, color, notes = read_cloud(path)
+        points, color, notes = read_cloud(path, options.depth_unit)
         frame, reduced = with_fewer_points(DepthFrame(points, color))
         said = ""
         if options.world_from_camera is None:
@@ -37,7 +37,7 @@ def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
         return Recording(path, frame, None, options.world_from_camera, used={"points": path.name}, notes=notes)
     if not path.exists():
         raise BadInput(f"there is no recording {str(path)!r}")
-    picture = read_rgbd(path)
+    picture = read_rgbd(path, depth_unit=options.depth_unit)
     frame, reduced = with_fewer_points(DepthFrame(picture.points, picture.color, intrinsics=picture.intrinsics))
     notes = (*picture.notes, reduced) if reduced else picture.notes
     return Recording(path, frame, None, options.world_from_camera, used=picture.used, notes=notes)

@@ -10,6 +10,7 @@ import numpy as np
 from agent.errors import BadInput
 from agent.recordings.cloud_colors import COLOR_FIELDS, colors_of
 from agent.recordings.cloud_rows import Columns
+from agent.recordings.depth_units import in_metres
 from agent.recordings.message_decoding import without_nothing
 from agent.recordings.pcd import read_pcd
 from agent.recordings.ply import read_ply
@@ -19,7 +20,6 @@ from structdiffusion.limits import SLOW_BAG_BYTES
 _READERS = {".pcd": read_pcd, ".ply": read_ply}
 SUFFIXES = tuple(_READERS)
 _AXES = ("x", "y", "z")
-_FARTHEST = 20.0  # m, of the median: a table is nearer, and numbers of this size are millimetres
 
 
 def read_columns(
@@ -46,29 +46,30 @@ def read_columns(
         raise BadInput(f"the cloud {str(path)!r} cannot be read: {error.strerror or error}") from error
 
 
-def read_cloud(path: Path) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
+def read_cloud(
+    path: Path, unit: float | None = None
+) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
     """Read points (H, W, 3) float32, metres, colours (H, W, 3) uint8 or `None`, and assumptions, a sentence each.
 
     An organised .pcd keeps its rows and columns; any other cloud is one row.
 
+    Args:
+        path: the file.
+        unit: metres per unit of its coordinates; by default metres, unless what is seen contradicts that.
+
     Raises:
-        BadInput: for a file that is not there, damaged, empty, or without coordinates.
+        BadInput: for a file that is not there, damaged, empty, or without coordinates, or whose unit is not certain.
     """
     height, width, columns = read_columns(path, _AXES, COLOR_FIELDS)
     points = np.empty((height * width, 3), np.float32)
-    notes: tuple[str, ...] = ()
     with np.errstate(over="ignore", invalid="ignore"):
         for number, axis in enumerate(_AXES):
             points[:, number] = columns.pop(axis)
         points[~np.isfinite(points).all(axis=1)] = np.nan
-        distances = np.linalg.norm(points, axis=1)
+    points, notes = in_metres(points, unit, f"the coordinates in {str(path)!r}")
     colors = colors_of(columns, (height * width,))
     if columns and colors is None:
-        notes = (f"its colours were left out: {', '.join(columns)} are no red, green and blue",)
-    middle = float(np.median(distances[distances > 0])) if (distances > 0).any() else 0.0
-    if middle > _FARTHEST:
-        points = points * np.float32(0.001)
-        notes = (f"the cloud was taken to be in millimetres: half its points lie beyond {middle:.0f}", *notes)
+        notes = (*notes, f"its colours were left out: {', '.join(columns)} are no red, green and blue")
     points = without_nothing(points)
     if not np.isfinite(points).any():
         raise BadInput(f"the cloud {str(path)!r} has no point that measures anything")

@@ -63,6 +63,7 @@ class Recording:
         arm: how the arm stood, or `None`.
         used: purpose -> topic, such as "depth" -> "/camera/depth/image_raw".
         notes: assumptions, omissions and repairs, a sentence each for the report.
+        other_arm: what was recorded in place of an arm that is planned for, one of the notes; "" if nothing was.
     """
 
     path: Path
@@ -72,6 +73,7 @@ class Recording:
     arm: ArmState | None = None
     used: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    other_arm: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +85,14 @@ class ReadingOf:
         topics: "points", "depth", "depth_info", "color", "joints" -> the topic to use for it.
         looks: how many frames may be fused while the camera stands still.
         world_from_camera: (4, 4) the pose of the camera's optical frame, given by hand; it overrides tf.
+        depth_unit: metres per stored unit of depths or coordinates; by default what fits the data.
     """
 
     at: float | None = None
     topics: Mapping[str, str] = field(default_factory=dict)
     looks: int = 5
     world_from_camera: np.ndarray | None = None
+    depth_unit: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +111,5 @@ class RecordedOptions:
     def given(self) -> bool:
         """Return whether any option requires a recording."""
         reading = self.reading
-        return bool(
-            reading.at is not None or reading.topics or reading.world_from_camera is not None or self.nouns
-        )
+        values = (reading.at, reading.world_from_camera, reading.depth_unit)
+        return bool(reading.topics or self.nouns or any(value is not None for value in values))

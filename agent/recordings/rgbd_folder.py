@@ -4,27 +4,31 @@
     FOLDER/000004-depth.png    # 16 bits of grey; or .tiff, or .npy; `depth` in the name, or in that of its folder
     FOLDER/camera_params.json  # fx, fy, cx, cy, or the matrix K, in one of the usual spellings
 
-The rest of a name without those words identifies the pictures that belong together. Whole numbers are millimetres and
-others metres, unless `depth_scale` in the camera's file, or the user, says how many metres a unit is.
+A colour picture goes with a depth picture by a file that lists pairs (TUM's associations.txt), by the rest of their
+names without those words, or by the nearest time. Whole numbers are millimetres and others metres, unless `depth_scale`
+in the camera's file, or the user, says how many metres a unit is, or what is seen contradicts that.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from agent.errors import BadInput
-from agent.recordings.camera_intrinsics import KNOWN_FILES, find_lens, matrix_of
+from agent.recordings.camera_intrinsics import KNOWN_FILES, CameraFile, find_lens, matrix_of
+from agent.recordings.depth_units import IN_PICTURES, MILLIMETRE, fitting_unit
+from agent.recordings.message_decoding import FARTHEST
+from agent.recordings.picture_pairs import Pair, pairs_of, why_none
 from agent.recordings.pictures import pixels_of, read_picture
+from agent.recordings.point_count import lens_of_every, step_of
 from structdiffusion.limits import MOST_PIXELS
 
 _COLORS, _DEPTHS = (".png", ".jpg", ".jpeg"), (".png", ".npy", ".tif", ".tiff")
 _ROLE = re.compile(r"aligned_depth_to_color|depth|colou?r|rgb|image|img|raw")
-_NEAREST, _FARTHEST = 0.05, 20.0  # m, of the median: what else a table is not seen at comes of a wrong unit
 
 
 @dataclass(frozen=True)
@@ -50,20 +54,25 @@ class RgbdPicture:
     @property
     def points(self) -> np.ndarray:
         """Return points (H, W, 3) float32, the camera's optical frame, metres."""
-        height, width = self.depth.shape
-        (fx, _, cx), (_, fy, cy), _ = self.intrinsics
-        points = np.empty((height, width, 3), np.float32)
-        points[..., 0] = (np.arange(width) - cx)[None, :] / fx * self.depth
-        points[..., 1] = (np.arange(height) - cy)[:, None] / fy * self.depth
-        points[..., 2] = self.depth
-        return points
+        return in_space(self.depth, self.intrinsics)
+
+
+def in_space(depth: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+    """Return points (H, W, 3) float32 of depths (H, W) in the same unit, in the camera's optical frame."""
+    height, width = depth.shape
+    (fx, _, cx), (_, fy, cy), _ = intrinsics
+    points = np.empty((height, width, 3), np.float32)
+    points[..., 0] = (np.arange(width) - cx)[None, :] / fx * depth
+    points[..., 1] = (np.arange(height) - cy)[:, None] / fy * depth
+    points[..., 2] = depth
+    return points
 
 
 def read_rgbd(
     folder: Path,
     name: str | None = None,
     intrinsics: Sequence[float] | None = None,
-    depth_scale: float | None = None,
+    depth_unit: float | None = None,
 ) -> RgbdPicture:
     """Read one measurement from a folder of pictures.
 
@@ -71,15 +80,16 @@ def read_rgbd(
         folder: of colour and depth pictures, with the camera's file.
         name: which of several; by default the first.
         intrinsics: fx, fy, cx, cy, pixels, instead of the camera's file.
-        depth_scale: metres a unit of the depth picture.
+        depth_unit: metres a unit of the depth picture.
 
     Raises:
         BadInput: if something is missing or cannot be read; the message says what is there.
     """
     depths, colors = _pictures(folder)
-    chosen, notes = _chosen(folder, depths, name)
+    pairs = pairs_of(folder, depths, colors)
+    chosen, notes = _chosen(folder, depths, pairs, name)
     values = _depth_values(depths[chosen])
-    lens = None if intrinsics is not None else find_lens(folder)
+    lens = None if intrinsics is not None else find_lens(folder, chosen, list(depths))
     if lens is not None:
         matrix = lens.intrinsics
         if lens.size not in (None, values.shape[::-1]):
@@ -96,17 +106,18 @@ def read_rgbd(
             "structagent bag from-rgbd DIR --intrinsics FX,FY,CX,CY --out FILE makes a bag with them"
         )
     _check_lens(matrix, values.shape)
-    scale = depth_scale or (lens.depth_scale if lens is not None else None)
-    depth = _metres(values, scale, depths[chosen])
+    depth, told = _metres(values, matrix, depth_unit, lens, depths[chosen])
     used = {"depth": str(depths[chosen].relative_to(folder))}
-    color, said = None, ("there is no colour picture",)
-    color_file = colors.get(chosen) or (next(iter(colors.values())) if len(colors) == len(depths) == 1 else None)
-    if color_file is not None:
-        color, said = _color(color_file, depth.shape)
-    if color_file is not None and color is not None:
-        used["color"] = str(color_file.relative_to(folder))
+    color, said = None, (f"there is no colour picture: no {', '.join(_COLORS)} has color, colour or rgb in its name",)
+    if chosen in pairs:
+        color, said = _color(pairs[chosen].color, depth.shape)
+        said = (pairs[chosen].note, *said) if pairs[chosen].note and color is not None else said
+    elif colors:
+        said = (why_none(folder, depths[chosen], colors),)
+    if color is not None:
+        used["color"] = str(pairs[chosen].color.relative_to(folder))
     used["intrinsics"] = "--intrinsics" if lens is None else str(lens.file.relative_to(folder))
-    return RgbdPicture(chosen, depth, color, matrix, used, (*notes, *said))
+    return RgbdPicture(chosen, depth, color, matrix, used, (*notes, *told, *said))
 
 
 def _pictures(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
@@ -117,7 +128,7 @@ def _pictures(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
     colors: dict[str, Path] = {}
     for path in sorted([*folder.glob("*"), *folder.glob("*/*")]):
         words = path.relative_to(folder).with_suffix("").as_posix().lower()
-        name = re.sub(r"[\W_]+", "-", _ROLE.sub("", words)).strip("-")
+        name = _name(words)
         if "depth" in words and path.suffix.lower() in _DEPTHS:
             depths.setdefault(name, path)
         elif re.search(r"colou?r|rgb", words) and path.suffix.lower() in _COLORS:
@@ -130,18 +141,26 @@ def _pictures(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
     return depths, colors
 
 
-def _chosen(folder: Path, depths: dict[str, Path], name: str | None) -> tuple[str, tuple[str, ...]]:
-    """Return the name of the selected measurement, and a note if there are others."""
+def _name(words: str) -> str:
+    """Return what a picture's path without its suffix says beside the words for its kind."""
+    return re.sub(r"[\W_]+", "-", _ROLE.sub("", words.lower())).strip("-")
+
+
+def _chosen(
+    folder: Path, depths: dict[str, Path], pairs: Mapping[str, Pair], name: str | None
+) -> tuple[str, tuple[str, ...]]:
+    """Return the name of the selected measurement, and a note if there are others; the first with colour by default."""
     if name is None:
-        first = next(iter(depths))
+        first = next((name for name in depths if name in pairs), next(iter(depths)))
         if len(depths) == 1:
             return first, ()
-        return first, (f"the first of {len(depths)} depth pictures was taken, of {_few(list(depths))}",)
-    if name not in depths:
-        raise BadInput(
-            f"the folder {str(folder)!r} has no depth picture named {name!r}; there are: {_few(list(depths))}"
-        )
-    return name, ()
+        which = "" if first == next(iter(depths)) else " with a colour picture"
+        return first, (f"the first{which} of {len(depths)} depth pictures was taken, of {_few(list(depths))}",)
+    if name in depths:
+        return name, ()
+    if _name(name) in depths:  # as the file has it: 1305031102.160407
+        return _name(name), ()
+    raise BadInput(f"the folder {str(folder)!r} has no depth picture named {name!r}; there are: {_few(list(depths))}")
 
 
 def _depth_values(path: Path) -> np.ndarray:
@@ -176,22 +195,29 @@ def _open_picture(path: Path, formats: Sequence[str], legal: str, modes: Sequenc
         raise BadInput(f"the picture {str(path)!r} cannot be read: {error.strerror or error}") from error
 
 
-def _metres(values: np.ndarray, scale: float | None, path: Path) -> np.ndarray:
-    """Return depths (H, W) float32 in metres, NaN where nothing was measured."""
-    whole = values.dtype.kind in "ui"
-    scale = scale or (0.001 if whole else 1.0)
-    depth = (values * scale).astype(np.float32)
+def _metres(
+    values: np.ndarray, matrix: np.ndarray, given: float | None, lens: CameraFile | None, path: Path
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return depths (H, W) float32 in metres, NaN where nothing was measured, and notes on their unit."""
+    stored = values.astype(np.float32)
     with np.errstate(invalid="ignore"):
-        depth[~((depth > 0) & np.isfinite(depth))] = np.nan
-    if np.isnan(depth).all():
+        stored[~((stored > 0) & np.isfinite(stored))] = np.nan
+    if np.isnan(stored).all():
         raise BadInput(f"the depth picture {str(path)!r} has no value above 0")
-    median = float(np.nanmedian(depth))
-    if not _NEAREST <= median <= _FARTHEST:
-        raise BadInput(
-            f"the depth picture {str(path)!r} would be {median:.3g} m away at {scale:g} m a unit, legal: {_NEAREST:g} "
-            f"to {_FARTHEST:g} m; structagent bag from-rgbd DIR --depth-scale METRES --out FILE says the unit"
-        )
-    return depth
+    unit, said = given, ""
+    if given is None:
+        whole = values.dtype.kind in "ui"
+        scale = None if lens is None else lens.depth_unit(whole)
+        declared = scale or (MILLIMETRE if whole else 1.0)
+        step = step_of(*stored.shape)
+        points = in_space(stored[::step, ::step], lens_of_every(matrix, step))
+        unit, said = fitting_unit(points, declared, IN_PICTURES, f"the depths in {path.name!r}")
+    depth = (values * unit).astype(np.float32)
+    with np.errstate(invalid="ignore"):
+        depth[~((depth > 0) & (depth < FARTHEST))] = np.nan
+    if np.isnan(depth).all():
+        raise BadInput(f"the depth picture {str(path)!r} has no value below {FARTHEST:g} m at {unit:g} m a unit")
+    return depth, (said,) if said else ()
 
 
 def _color(path: Path, shape: tuple[int, int]) -> tuple[np.ndarray | None, tuple[str, ...]]:

@@ -10,7 +10,7 @@ from typing import Any
 from agent.errors import BadInput, UsageError
 from agent.recordings.bag_reader import Bag, Message, Stream
 from agent.recordings.image_decoding import DEPTHS, compressed_size, is_compressed_depth
-from agent.recordings.message_decoding import CLOUD, COMPRESSED, IMAGE, INFO, frame_name
+from agent.recordings.message_decoding import CLOUD, COMPRESSED, IMAGE, INFO, frame_name, views_of
 from agent.recordings.survey import look_at_first
 
 ROLES = {  # what a topic can be named for -> the types that fit
@@ -36,6 +36,7 @@ class Offer:
         width, height: pixels; 0 if unknown.
         colored: whether a cloud has colours.
         problem: why it cannot be used, or "".
+        views: the sizes of the pictures that a CameraInfo with a region or binning may be about.
     """
 
     stream: Stream
@@ -45,6 +46,11 @@ class Offer:
     height: int = 0
     colored: bool = False
     problem: str = ""
+    views: tuple[tuple[int, int], ...] = ()
+
+    def is_about(self, picture: Offer) -> bool:
+        """Return whether a CameraInfo is about pictures of such a size."""
+        return picture.size in (self.size, *self.views)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -145,7 +151,8 @@ def _described(stream: Stream, message: Any) -> Offer:
     if role != "depth_info" and not (width and height):
         problem = f"its first pictures are {width} x {height} pixels"
     colored = role == "points" and any(field.name.lower() in ("rgb", "rgba", "r") for field in message.fields)
-    return Offer(stream, role, frame, width, height, colored, problem)
+    views = tuple(view.size for view in views_of(message)) if stream.type == INFO else ()
+    return Offer(stream, role, frame, width, height, colored, problem, views)
 
 
 def choose(bag: Bag, named: Mapping[str, str], there: list[Offer] | None = None) -> Choice:
@@ -229,9 +236,9 @@ def _info_for(there: list[Offer], named: Mapping[str, str], picture: Offer) -> O
     beside = f"{_folder(picture.stream)}/camera_info"
     fits = [
         lambda info: info.stream.topic == beside,
-        lambda info: info.frame == picture.frame and info.size == picture.size,
-        lambda info: info.size == picture.size and "depth" in info.stream.topic and picture.role == "depth",
-        lambda info: info.size == picture.size and len(infos) == 1,
+        lambda info: info.frame == picture.frame and info.is_about(picture),
+        lambda info: info.is_about(picture) and "depth" in info.stream.topic and picture.role == "depth",
+        lambda info: info.is_about(picture) and len(infos) == 1,
     ]
     return next((info for fit in fits for info in infos if fit(info)), None)
 

@@ -29,6 +29,9 @@ def describe_object(one: Mapping[str, Any]) -> str:
         return ", ".join((f"{one['name']} ({one['category']}, {one['confidence']:.2f})", *display_name.split(", ")[1:]))
     if display_name.startswith(f"{one['name']},"):
         return display_name
+    noun, _, number = one["name"].rpartition(" ")
+    if noun == "object" and display_name.partition(",")[0].endswith(f" {number}"):  # named by the user
+        return display_name
     return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
 
 

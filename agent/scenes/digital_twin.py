@@ -27,7 +27,7 @@ from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_at
 from agent.scenes.object_placement import placement_of, saved_objects
 from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
-from agent.scenes.recorded_objects import UNKNOWN, RecordedObject, recorded_objects
+from agent.scenes.recorded_objects import UNKNOWN, RecordedObject, called, recorded_objects
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
 from agent.scenes.workcell import Workcell
@@ -58,6 +58,7 @@ class RecordedSource:
 
     Attributes:
         recording, segments: the recording, and the objects found in it.
+        other_arm: see `SceneSource`.
         called: name of an object -> the noun that the user gave it.
         objects: in the order of their numbers.
         referents: the same, as an instruction can refer to them.
@@ -78,6 +79,7 @@ class RecordedSource:
         if not self.segments.objects:
             raise BadInput("; ".join((f"{str(path)!r} shows a table and no object on it", *self.segments.notes)))
         self.called = options.nouns
+        self.other_arm = self.recording.other_arm
         self.objects = recorded_objects(self.segments, options)
         self.referents = [
             SceneObject(each.display_name, attributes_at(each.attributes, each.world_from_object))
@@ -104,6 +106,22 @@ class RecordedSource:
             picture = labelled_picture(self.recording, self.segments)
             hints.append(how_to_name(self.segments.objects, unnamed, picture, self.pictures))
         return "; ".join(hints)
+
+    def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
+        """See `SceneSource`."""
+        self.called = {
+            **self.called,
+            **{
+                found.name: nouns[each.name]
+                for found, each in zip(self.segments.objects, self.objects, strict=True) if each.name in nouns
+            },
+        }  # fmt: skip
+        self.objects = tuple(called(each, nouns[each.name]) if each.name in nouns else each for each in self.objects)
+        self.referents = [
+            replace(referent, name=each.display_name)
+            for referent, each in zip(self.referents, self.objects, strict=True)
+        ]
+        table.call({each.name: (each.display_name, each.model.category) for each in self.objects if each.name in nouns})
 
     def _check_nouns(self, selection: Selection | None) -> None:
         """Ask which objects are meant if the instruction chooses by a noun that further objects may have.

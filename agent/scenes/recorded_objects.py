@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -64,6 +64,19 @@ def recorded_objects(segments: Segments, options: RecordedOptions) -> tuple[Reco
     return tuple(
         RecordedObject(cloud.name, words, _attributes(found), cloud, model, pose, _trouble(cloud, pose, segments.table))
         for found, cloud, words, (model, pose) in zip(segments.objects, clouds, display_names, bodies, strict=True)
+    )
+
+
+def called(each: RecordedObject, noun: str) -> RecordedObject:
+    """Return an object with another noun, which keeps its number and its other words; its own name stays."""
+    number = read_name(each.name).number
+    _, comma, words = each.display_name.partition(",")
+    category = read_name(noun).head or noun
+    return replace(
+        each,
+        display_name=f"{noun} {number}{comma}{words}",
+        cloud=replace(each.cloud, category=category),
+        model=replace(each.model, category=category),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from grounding.interpretation import Interpretation
 
 SIMULATED, EXAMPLE = "simulated", "example"
+_NAMED = "only the objects of a recording can be given nouns; these have theirs from their library or scene file"
 RECORDINGS = (".bag", ".db3", ".mcap", ".ply", ".pcd")
 
 
@@ -41,11 +42,13 @@ class SceneSource(Protocol):
         referents: the objects that an instruction can refer to: the present ones, or those that can be drawn.
         catalogue: whether they are objects that can be drawn.
         hint: advice for an instruction that uses other names; empty if there is none.
+        other_arm: why a trajectory for the arm of the scene cannot be exported; empty if it can.
     """
 
     referents: Sequence[SceneObject]
     catalogue: bool
     hint: str
+    other_arm: str
 
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """Open the table, on which the objects that the goal selected among the referents take part; close it.
@@ -62,6 +65,13 @@ class SceneSource(Protocol):
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
+
+    def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
+        """Give objects of a recording nouns, from now on: name -> noun.
+
+        Raises:
+            UsageError: if the scene is no recording.
+        """
 
 
 def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
@@ -85,7 +95,8 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
         return RecordedSource(example_path() if scene == EXAMPLE else path, recorded)
     if recorded.given:
         raise UsageError(
-            f"--at, --topic, --camera-pose and --call are for recordings, and --scene is {shortened(scene)!r}"
+            "--at, --topic, --camera-pose, --depth-unit and --call are for recordings, and --scene is "
+            f"{shortened(scene)!r}"
         )
     if scene == SIMULATED:
         with report_when_slow(f"reading the meshes in {objects!r}", lambda: _has_much_to_read(Path(objects))):
@@ -109,6 +120,7 @@ class DrawnSource:
 
     catalogue = True
     hint = ""
+    other_arm = ""
 
     def __init__(self, objects: str) -> None:
         self._name = objects
@@ -136,12 +148,17 @@ class DrawnSource:
         poses = table.world.poses()
         return saved_objects(drawn_objects(table.models, poses, self._name, table.names), poses, folder)
 
+    def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
+        """See `SceneSource`."""
+        raise UsageError(_NAMED)
+
 
 class FileSource:
     """The scene of a file."""
 
     catalogue = False
     hint = ""
+    other_arm = ""
 
     def __init__(self, path: Path) -> None:
         self.standing = load_scene(path)
@@ -167,6 +184,10 @@ class FileSource:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
         pose_of = dict(zip(table.names, table.world.poses(), strict=True))
         return saved_objects(self.standing, [pose_of[entry.name] for entry in self.standing], folder)
+
+    def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
+        """See `SceneSource`."""
+        raise UsageError(_NAMED)
 
 
 class FileScene(TableScene):

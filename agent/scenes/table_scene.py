@@ -188,6 +188,18 @@ class TableScene:
         self.world_from_initial = self.world_from_initial[order]
         self.count = len(names)
 
+    def call(self, words: Mapping[str, tuple[str, str]]) -> None:
+        """Give objects other words: name -> the words that an instruction can call it by, and its noun."""
+        index_of = {name: index for index, name in enumerate(self.names)}
+        models, display_names = list(self.models), list(self.display_names)
+        for name, (display_name, noun) in words.items():
+            display_names[index_of[name]] = display_name
+            models[index_of[name]] = replace(models[index_of[name]], category=noun)
+            if (seen := self._seen.get(name)) is not None:
+                self._seen[name] = replace(seen, cloud=replace(seen.cloud, category=noun))
+        self.models, self.display_names = tuple(models), tuple(display_names)
+        self.confidences = {name: share for name, share in self.confidences.items() if name not in words}
+
     @property
     def original_names(self) -> tuple[str, ...]:
         """Return the names of all objects in their first order, independent of which take part."""

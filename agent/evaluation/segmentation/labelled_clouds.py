@@ -62,7 +62,7 @@ def read_labelled(path: Path) -> LabelledCloud:
     Raises:
         BadInput: for a file that is damaged, or has no labels.
     """
-    points, color, _ = read_cloud(path)
+    points, color, _ = read_cloud(path, 1.0)
     label = read_columns(path, ("label",))[2]["label"].astype(np.int64).reshape(points.shape[:2])
     own = label // _PER_OBJECT
     known = np.unique(own[label >= _FIRST])

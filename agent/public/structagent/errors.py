@@ -14,6 +14,7 @@ _PHRASES = (
     (re.compile(r"--call '([^'=]+)=([^'=]+)'"), r"nouns={'\1': '\2'}"),
     (re.compile(r"--topic (\w+)=TOPIC"), r"topics={'\1': TOPIC}"),
     (re.compile(r"--camera-pose( X,Y,Z,ROLL,PITCH,YAW)?"), "world_from_camera"),
+    (re.compile(r"--depth-unit\b"), "depth_unit"),
     (re.compile(r"--call\b"), "nouns"),
     (re.compile(r"--topic\b"), "topics"),
     (re.compile(r"--allow-unverified\b"), "allow_unverified=True"),

@@ -86,12 +86,13 @@ def run(
     topics: Mapping[str, str] | None = None,
     world_from_camera: ArrayLike | None = None,
     nouns: Mapping[str, str] | None = None,
+    depth_unit: float | str | None = None,
 ) -> RunResult:
     """Carry an instruction out: read it, look at the table, propose, choose, build with the simulated arm, and check.
 
     Args:
         instruction: a sentence in English.
-        scene, objects, at, topics, world_from_camera, nouns: as for `load_scene`.
+        scene, objects, at, topics, world_from_camera, nouns, depth_unit: as for `load_scene`.
         model, weights, allow_unverified: the planner, as for `propose`.
         seed: everything drawn at random follows from it, in [0, 2**63).
         execute: build with the arm; `False` stops at the chosen arrangement and only tries it in physics.
@@ -115,7 +116,7 @@ def run(
         raise wrong_argument(f"execute cannot be {shown(execute)}; legal: True, False")
     listeners = _checked_listeners(on_event)
     seed, folder = checked_integer("seed", seed, 0, MOST_SEED), checked_weights(weights)
-    recorded = recorded_options(at, topics, world_from_camera, nouns)
+    recorded = recorded_options(at, topics, world_from_camera, nouns, depth_unit)
     from agent.pipeline.instruction_parser import ReadingOptions
     from agent.pipeline.run import RunOptions
 

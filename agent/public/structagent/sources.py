@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -33,6 +34,7 @@ def load_scene(
     topics: Mapping[str, str] | None = None,
     world_from_camera: ArrayLike | None = None,
     nouns: Mapping[str, str] | None = None,
+    depth_unit: float | str | None = None,
 ) -> Scene:
     """Draw a scene, or load it from a file.
 
@@ -47,13 +49,15 @@ def load_scene(
         topics: "points", "depth", "depth_info", "color" or "joints" -> the topic of a recording that has it.
         world_from_camera: (4, 4) pose of a recording's camera, z forward, x right, y down; overrides the recorded one.
         nouns: the nouns of a recording's objects, such as {"object 3": "mug"}.
+        depth_unit: metres per stored unit of a recording's depths or coordinates, such as 0.001, or "m", "cm", "mm",
+            "0.25mm", "0.1mm" or "tum"; by default the declared one, unless what is seen contradicts it.
 
     Raises:
         StructagentError: for a source, objects or options that cannot be used, and an instruction that cannot be built.
     """
     checked_source(source, objects)
     seed = checked_integer("seed", seed, 0, MOST_SEED)
-    recorded = recorded_options(at, topics, world_from_camera, nouns)
+    recorded = recorded_options(at, topics, world_from_camera, nouns, depth_unit)
     with computing() as cache:
         origin = cache.source(os.fspath(source), objects, recorded)
         if instruction is None:
@@ -100,12 +104,16 @@ def checked_source(source: Any, objects: Any) -> None:
         raise wrong_argument(f"objects cannot be {shown(objects)}; legal: the name of a library, or a folder of meshes")
 
 
-def recorded_options(at: Any, topics: Any, world_from_camera: Any, nouns: Any) -> RecordedOptions:
+def recorded_options(
+    at: Any, topics: Any, world_from_camera: Any, nouns: Any, depth_unit: Any = None
+) -> RecordedOptions:
     """Check and return how a recording is read.
 
     Raises:
-        StructagentError: for an invalid moment, topic, pose or noun.
+        StructagentError: for an invalid moment, topic, pose, noun or unit.
     """
+    from agent.errors import UsageError
+    from agent.recordings.depth_units import LEGAL, unit_of
     from agent.recordings.recording import ReadingOf, RecordedOptions
 
     if at is not None and (isinstance(at, bool) or not isinstance(at, int | float) or not 0 <= at < float("inf")):
@@ -123,4 +131,11 @@ def recorded_options(at: Any, topics: Any, world_from_camera: Any, nouns: Any) -
         if what not in TOPICS:
             raise wrong_argument(f"topics cannot have {what!r}; legal: {', '.join(TOPICS)}")
     pose = None if world_from_camera is None else checked_pose(world_from_camera)
-    return RecordedOptions(ReadingOf(at, dict(topics or {}), world_from_camera=pose), dict(nouns or {}))
+    try:
+        unit = None if depth_unit is None or isinstance(depth_unit, bool) else unit_of(depth_unit)
+    except (UsageError, TypeError):
+        unit = math.nan
+    if isinstance(depth_unit, bool) or unit is not None and math.isnan(unit):
+        raise wrong_argument(f"depth_unit cannot be {shown(depth_unit)}; legal: {LEGAL}")
+    reading = ReadingOf(at, dict(topics or {}), world_from_camera=pose, depth_unit=unit)
+    return RecordedOptions(reading, dict(nouns or {}))

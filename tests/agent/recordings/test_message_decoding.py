@@ -129,3 +129,61 @@ def test_a_lens_fits_a_picture_of_half_the_size_and_no_other_shape():
     np.testing.assert_allclose(half.rays(WIDTH // 2, HEIGHT // 2).mean(axis=(0, 1)), 0, atol=1e-6)
     with pytest.raises(BadInput, match="does not fit a picture of 40 x 40"):
         lens.scaled(40, 40)
+
+
+def whole_info(width, height, roi=(0, 0, 0, 0), binning=(0, 0), k=None, p=None):
+    """A CameraInfo of a camera of 640 x 480 pixels, with its region (x, y, width, height)."""
+    k = np.array(((500.0, 0, 319.5), (0, 500, 239.5), (0, 0, 1))) if k is None else k
+    p = k if p is None else p
+    names = ("x_offset", "y_offset", "width", "height")
+    return SimpleNamespace(
+        width=width, height=height, k=k.ravel(), p=np.hstack((p, np.zeros((3, 1)))).ravel(), d=np.zeros(5),
+        distortion_model="plumb_bob", header=SimpleNamespace(frame_id="eye"), binning_x=binning[0],
+        binning_y=binning[1], roi=SimpleNamespace(**dict(zip(names, roi, strict=True)), do_rectify=False),
+    )  # fmt: skip
+
+
+def moved(matrix, x, y):
+    return np.array(((1.0, 0, -x), (0, 1, -y), (0, 0, 1))) @ matrix
+
+
+FULL = np.array(((500.0, 0, 319.5), (0, 500, 239.5), (0, 0, 1)))
+
+
+@pytest.mark.parametrize("rectified", [False, True])
+@pytest.mark.parametrize(
+    ("info", "size", "lens", "told"),
+    [
+        (whole_info(640, 480), (640, 480), (500, 319.5, 239.5), ""),
+        (whole_info(640, 480, (0, 0, 640, 480)), (640, 480), (500, 319.5, 239.5), ""),
+        (whole_info(640, 480, (160, 120, 320, 240)), (320, 240), (500, 159.5, 119.5), ""),
+        (whole_info(640, 480, (10, 200, 100, 60)), (100, 60), (500, 309.5, 39.5), ""),
+        (whole_info(640, 480, (160, 120, 320, 240), (2, 2)), (160, 120), (250, 79.5, 59.5), ""),
+        (whole_info(640, 480, binning=(2, 2)), (320, 240), (250, 159.5, 119.5), ""),
+        (whole_info(640, 480, binning=(1, 1)), (640, 480), (500, 319.5, 239.5), ""),
+        # The picture is whole although a region is stated, or has the region without the binning.
+        (whole_info(640, 480, (160, 120, 320, 240)), (640, 480), (500, 319.5, 239.5), "320 x 240"),
+        (whole_info(640, 480, (160, 120, 320, 240), (2, 2)), (320, 240), (500, 159.5, 119.5), "160 x 120"),
+        # Scaled in neither way that is stated.
+        (whole_info(640, 480), (320, 240), (250, 159.5, 119.5), "was scaled"),
+        (whole_info(640, 480, (0, 0, 400, 400)), (200, 200), (250, 159.5, 119.5), "was scaled"),
+        # Drivers that state the region's size as that of the camera, with matrices of either.
+        (whole_info(400, 300, (160, 120, 400, 300)), (400, 300), (500, 159.5, 119.5), ""),
+        (whole_info(400, 300, (160, 120, 400, 300), p=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
+        (whole_info(400, 300, (160, 120, 400, 300), k=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
+        (whole_info(640, 480, (160, 120, 400, 300), p=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
+    ],
+)
+def test_regions_and_binning_change_the_lens(info, size, lens, told, rectified):
+    found = lens_of(info, rectified).scaled(*size)
+    assert (found.matrix[0, 0], found.matrix[1, 1]) == pytest.approx((lens[0], lens[0]))
+    assert found.matrix[:2, 2] == pytest.approx(lens[1:], abs=0.26)
+    assert told in found.note and bool(told) == bool(found.note)
+
+
+@pytest.mark.parametrize(("info", "size"), [
+    (whole_info(640, 480, (160, 120, 320, 240)), (300, 300)), (whole_info(640, 480, binning=(2, 2)), (320, 200)),
+])  # fmt: skip
+def test_a_picture_of_another_shape_has_no_lens(info, size):
+    with pytest.raises(BadInput, match="does not fit a picture of"):
+        lens_of(info, False).scaled(*size)

@@ -132,7 +132,7 @@ def test_spellings_of_a_lens(tmp_path, name, text):
 def test_the_unit_of_depths(tmp_path):
     folder = rgbd_folder(tmp_path / "desk")
     metres = read_rgbd(folder).depth
-    assert np.nanmax(np.abs(read_rgbd(folder, depth_scale=0.0005).depth - metres / 2)) < 1e-6
+    assert np.nanmax(np.abs(read_rgbd(folder, depth_unit=0.0005).depth - metres / 2)) < 1e-6
     (folder / "camera_params.json").write_text(json.dumps(PARAMETERS | {"depth_scale": 2000.0}))
     assert np.nanmax(np.abs(read_rgbd(folder).depth - metres / 2)) < 1e-6
     (folder / "depth.png").unlink()
@@ -140,7 +140,10 @@ def test_the_unit_of_depths(tmp_path):
     np.save(folder / "depth.npy", metres)
     assert np.array_equal(read_rgbd(folder).depth, metres, equal_nan=True)
     np.save(folder / "depth.npy", metres * 1000)
-    with pytest.raises(BadInput, match="--depth-scale"):
+    found = read_rgbd(folder)
+    assert np.allclose(found.depth, metres, equal_nan=True) and "in millimetres" in found.notes[0]
+    np.save(folder / "depth.npy", metres * 1e7)
+    with pytest.raises(BadInput, match="no usual unit fits.*--depth-unit"):
         read_rgbd(folder)
 
 

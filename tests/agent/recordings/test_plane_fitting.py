@@ -2,9 +2,9 @@
 
 import numpy as np
 
-import agent.perception.plane_fitting as plane_fitting
+import agent.recordings.plane_fitting as plane_fitting
 from agent.perception.clustering import clusters, normals
-from agent.perception.plane_fitting import largest_plane, thinned
+from agent.recordings.plane_fitting import largest_plane, thinned
 
 
 def test_the_largest_plane_is_found_among_clutter():
