@@ -62,8 +62,9 @@ def safe_path() -> Iterator[None]:
 
 @contextmanager
 def without_interruptions() -> Iterator[None]:
-    """Let processes that start meanwhile never be interrupted: Ctrl-C reaches the whole terminal, and what to do about it
-    is for this process alone to decide. It is interrupted afterwards.
+    """Let processes that start meanwhile never be interrupted, and this one afterwards.
+
+    Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide.
     """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
