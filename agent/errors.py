@@ -17,6 +17,7 @@ BAD_INPUT = 6
 NOT_VERIFIED = 7
 PARTLY_DONE = 8
 INTERRUPTED = 130
+ENDED_FROM_OUTSIDE = (INTERRUPTED, 143, 129)  # by Ctrl-C, SIGTERM, or SIGHUP: 128 and the number of the signal
 
 
 class AgentError(Exception):

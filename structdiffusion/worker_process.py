@@ -20,6 +20,7 @@ from typing import Any
 from structdiffusion.simulation.pybullet_import import import_pybullet_silently
 
 WORKER_DIED = "worker died"
+_ENDING = {signal.SIGTERM, signal.SIGHUP}
 READY, RESULT, ERROR = "ready", "result", "error"  # what a worker process says
 
 
@@ -62,16 +63,17 @@ def safe_path() -> Iterator[None]:
 
 @contextmanager
 def without_interruptions() -> Iterator[None]:
-    """Let processes that start meanwhile never be interrupted, and this one afterwards.
+    """Let processes that start meanwhile never be interrupted, and this one be interrupted or ended afterwards.
 
-    Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide.
+    Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide. A process that gets only
+    half of its work ends with a traceback.
     """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
     # Starting the tracker ends with allowing interruptions again, so it must run before a server is started.
     resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *_ENDING})
     try:
         yield
     finally:
@@ -167,12 +169,14 @@ class Worker:
 
 
 def serve_parent(folder: str) -> None:
-    """Let this process ignore Ctrl-C, and end when the process that started it has ended, however that came.
+    """Let this process ignore Ctrl-C and a closed terminal, but not SIGTERM, and end when the process that started it has ended, however that came.
 
     Args:
         folder: the temporary folder of that process (`get_temp_dir`), which is removed then.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # a closed terminal reaches all of them likewise
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
     threading.Thread(target=_wait_for_parent, args=(folder,), daemon=True).start()
 
 

@@ -12,6 +12,7 @@ from agent import events
 from agent.chat.command_runner import CommandRunner
 from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
+from agent.chat.file_access import FileAccess
 from agent.chat.input import Lines
 from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option, is_yes_no
 from agent.chat.view import ChatScreen
@@ -36,6 +37,7 @@ class Chat:
         yes: whether to build without asking.
         stopped: called whenever the chat asks for a line, at which point any interrupted work has stopped.
         on_step: called after every physics step while the arm is at work.
+        access: which files its commands may name.
 
     Attributes:
         defects: number of unexpected errors of the program itself.
@@ -51,11 +53,12 @@ class Chat:
         yes: bool = False,
         stopped: Callable[[], None] = lambda: None,
         on_step: Callable[[TableScene], None] | None = None,
+        access: FileAccess = FileAccess(),
     ) -> None:
         self._stopped = stopped
         self._conversation, self._screen, self._lines = conversation, screen, lines
         self._session, self._yes = session, yes
-        self._commands = CommandRunner(conversation, screen, session, self._proposed, on_step)
+        self._commands = CommandRunner(conversation, screen, session, self._proposed, on_step, access)
         self._interrupts = 0  # in a row
         self.defects = self.unwritten = 0
 

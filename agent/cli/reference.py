@@ -57,6 +57,7 @@ _EXIT_CODES = """\
 | 7 | a network differs from its model card (`structagent models verify`) |
 | 8 | built with only some of the requested objects, because the others could not take part |
 | 130 | interrupted: Ctrl-C, at any moment; a second one does not wait for the end of the first |
+| 143, 129 | ended by SIGTERM; the terminal was closed (SIGHUP) |
 
 An error is one sentence on standard error. Standard output has only results.
 """

@@ -21,8 +21,7 @@ from agent.evaluation.report import command_line, interval, percent, print_foote
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.pipeline.reading_alone import read_alone
 from agent.rendering.text import number
-from agent.runtime.atomic_files import write_all_whole
-from agent.runtime.output_ownership import mark
+from agent.runtime.output_ownership import mark, own_folder
 from agent.runtime.redaction import without_credentials
 from agent.runtime.terminal_text import console_on
 from grounding.benchmark import Row, five_slots, free_rows, load_rows, rate, score, templated_rows
@@ -190,9 +189,11 @@ def write_parsing(report: Mapping[str, Any], folder: Path) -> list[Path]:
     table = io.StringIO()
     print_parsing(report, table)
     report_text = json.dumps(report, indent=1, ensure_ascii=False) + "\n"
-    write_all_whole(folder, {paths[0].name: report_text, paths[1].name: table.getvalue()})
     for found in report["evaluations"]:
         paths.append(folder / f"confusion-{found['parser']}-{Path(found['data']).stem}.png")
-        draw_confusion(found["confusion"], f"{found['parser']} parser, {Path(found['data']).name}", paths[-1])
-    mark(folder, "evaluation", (path.name for path in paths))
+    with own_folder(folder, "evaluation") as place:
+        mark(place, "evaluation", (path.name for path in paths))
+        place.write({paths[0].name: report_text, paths[1].name: table.getvalue()})
+    for found, path in zip(report["evaluations"], paths[2:], strict=True):
+        draw_confusion(found["confusion"], f"{found['parser']} parser, {Path(found['data']).name}", path)
     return paths

@@ -123,11 +123,16 @@ def _broken(cell: str, width: int) -> list[str]:
     return [line.rstrip() for line in lines]
 
 
-def place(position: Any) -> str:
-    """Describe a position in the world frame (metres): "52 cm ahead, 10 cm to the left"."""
+def place(position: Any, viewpoint: str = "robot") -> str:
+    """Describe a position in the world frame (metres): "52 cm ahead, 10 cm to the left".
+
+    To a speaker on the opposite side it says whose left that is: "52 cm ahead of the arm, 10 cm to its left".
+    """
     x, y = round(100 * position[0]), round(100 * position[1])
-    side = "straight ahead" if y == 0 else f"{abs(y)} cm to the {'left' if y > 0 else 'right'}"
-    return f"{x} cm ahead, {side}" if y else f"{x} cm {side}"
+    ahead, whose = (" of the arm", "its") if viewpoint == "opposite" else ("", "the")
+    if y == 0:
+        return f"{x} cm straight ahead{ahead}"
+    return f"{x} cm ahead{ahead}, {abs(y)} cm to {whose} {'left' if y > 0 else 'right'}"
 
 
 def with_indefinite_article(noun: str) -> str:
