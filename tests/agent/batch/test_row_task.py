@@ -18,7 +18,8 @@ ROW = Row(4, "mine", "stack the cans", RunOptions(seed=3), "00ff")
     ("error", "code", "step", "message"),
     [
         (ZeroDivisionError("by\nzero"), 1, "crash",
-         "a defect of structagent, ZeroDivisionError: by zero, at agent/batch/row_task.py; see rows/mine/traceback.txt"),
+         "a defect of structagent, ZeroDivisionError: by zero, at agent/batch/row_task.py; see "
+         "rows/mine/traceback.txt"),
         (BadInput("the disk is full"), 6, "report", "the disk is full"),
     ],
 )  # fmt: skip
