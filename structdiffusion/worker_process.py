@@ -63,9 +63,10 @@ def safe_path() -> Iterator[None]:
 
 @contextmanager
 def without_interruptions() -> Iterator[None]:
-    """Let processes that start meanwhile never be interrupted: Ctrl-C reaches the whole terminal, and what to do about it
-    is for this process alone to decide. It is interrupted or ended afterwards, because a process that gets only half of
-    its work ends with a traceback.
+    """Let processes that start meanwhile never be interrupted, and this one be interrupted or ended afterwards.
+
+    Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide. A process that gets only
+    half of its work ends with a traceback.
     """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield

@@ -48,7 +48,7 @@ _EXIT_CODES = """\
 | code | meaning |
 |---|---|
 | 0 | done |
-| 1 | a defect of structagent itself, in a chat or a batch that continued; the traceback is stored with the results |
+| 1 | a defect of structagent itself; a chat, a batch or a reading of many lines continues all the same |
 | 2 | usage error: an illegal option or value |
 | 3 | the instruction was not understood, or cannot be built with these objects |
 | 4 | no valid goal was found |
@@ -56,7 +56,7 @@ _EXIT_CODES = """\
 | 6 | bad input: a file, folder or setting that cannot be used |
 | 7 | a network differs from its model card (`structagent models verify`) |
 | 8 | built with only some of the requested objects, because the others could not take part |
-| 130 | interrupted (Ctrl-C) |
+| 130 | interrupted: Ctrl-C, at any moment; a second one does not wait for the end of the first |
 | 143, 129 | ended by SIGTERM; the terminal was closed (SIGHUP) |
 
 An error is one sentence on standard error. Standard output has only results.

@@ -161,9 +161,10 @@ def _carry_out(
 
         try:
             on_table = None if viewer is None else viewer.on_table
+            steps = on_step if watching else None
             cache = ResourceCache(OwnFolder(folder, "run"))
             for event in run_instruction(
-                text, options, cache, on_step=on_step if watching else None, trajectories=trajectories, on_table=on_table
+                text, options, cache=cache, on_step=steps, trajectories=trajectories, on_table=on_table
             ):
                 send(event, listeners)
         except Terminated as ended:

@@ -43,8 +43,9 @@ def columns_of(stream: TextIO) -> int:
 def aligned(rows: Sequence[Sequence[str]], left: int | None = None, width: int = COLUMNS) -> str:
     """Format a table as lines of text: the first `left` columns (all, if `None`) flush left, the others flush right.
 
-    A table that is wider than `width` breaks its cells between words and behind slashes: those of texts, and the heads of
-    numbers. If that is not enough, words are broken where all columns are texts; else numbers go below each other in blocks, each with the first `left` columns.
+    A table that is wider than `width` breaks its cells between words and behind slashes: those of texts, and the heads
+    of numbers. If that is not enough, words are broken where all columns are texts; else numbers go below each other in
+    blocks, each with the first `left` columns.
     """
     flush_left = len(rows[0]) if left is None else left
     columns = list(zip(*rows, strict=True))
