@@ -60,6 +60,13 @@ class BuildSession(TableSession):
             situation: what is wanted.
             other: whether the best arrangement that differs visibly from those shown is wanted, not the best of all.
         """
+        try:
+            self._propose_for(situation, other)
+        except BaseException:
+            self._look_at_pending()
+            raise
+
+    def _propose_for(self, situation: Situation, other: bool) -> None:
         self._turn.step, began = "scene", time.perf_counter()
         if self.table.tidy_up():
             self.send(events.Noted("the arm emptied its hand and folded"))
@@ -188,10 +195,18 @@ class BuildSession(TableSession):
         proposal = self.situation.proposal
         if proposal is None:
             raise UsageError("there is no proposal; say what to build, or /again")
-        # A later request may have failed after its own objects had taken the place of these.
-        self.table.involve([cloud.name for cloud in proposal.scene.objects])
-        self.table.missing = self.situation.missing
         return proposal
+
+    def _go_to(self, how: str, situation: Situation | None) -> None:
+        super()._go_to(how, situation)
+        self._look_at_pending()
+
+    def _look_at_pending(self) -> None:
+        """Let the table and all listeners turn to the objects of the pending proposal, which can be built now."""
+        if (pending := self.situation.proposal) is not None:
+            self.table.involve([cloud.name for cloud in pending.scene.objects])
+            self.table.missing = self.situation.missing
+            self.send(perceived_event(pending.scene, 0.0, self.table))
 
     # --- building -----------------------------------------------------------------------
 

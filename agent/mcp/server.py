@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import reprlib
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -14,7 +15,7 @@ from mcp.types import CallToolResult, InputRequiredResult, Tool
 from pydantic import ValidationError
 
 from agent import __version__
-from agent.errors import exit_code_of, one_sentence
+from agent.errors import defect_sentence, exit_code_of, one_sentence
 from agent.mcp.audit import CANCELLED, DONE, AuditedCall, AuditLog
 from agent.mcp.quoting import quote_names, quoted
 from agent.mcp.sessions import HEADER, Sessions
@@ -22,6 +23,7 @@ from agent.mcp.shared_table import SharedTable
 from agent.mcp.tools import add_resources, add_tools, current_call
 from agent.mcp.worker import TableWorker
 
+_LOG = logging.getLogger(__name__)
 _INSTRUCTIONS = (
     "A simulated robot arm builds structures from the objects on one table. Order of work: look; propose with the "
     "person's own words; if there is a question, ask the person and call propose with the answer; tell the person the "
@@ -91,7 +93,9 @@ class TableServer(MCPServer):
         except UnexpectedToolError as error:
             cause = error.__cause__
             if cause is None or exit_code_of(cause) is None:
-                return f"defect: {type(cause).__name__}: {cause}", error
+                cause = error if cause is None else cause
+                _LOG.error("a defect in the tool %s", name, exc_info=cause)
+                return f"defect: {type(cause).__name__}: {cause}", ToolError(quote_names(defect_sentence(cause), self._names()))
             sentence = quote_names(one_sentence(cause), self._names())
             return f"refused: {sentence}", ToolError(sentence)
         except ToolError as error:

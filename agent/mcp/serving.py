@@ -19,7 +19,7 @@ import anyio
 import uvicorn
 from mcp.server.transport_security import TransportSecuritySettings
 
-from agent.errors import INTERRUPTED, BadInput, UsageError
+from agent.errors import BadInput, UsageError
 from agent.mcp.audit import AuditLog
 from agent.mcp.server import MOST_SESSIONS, TableServer, make_server
 from agent.mcp.shared_table import SharedTable
@@ -97,7 +97,8 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
             say("the arm moves without asking anyone (--approve-all)")
         if address is None:
             table.preload()
-            signal.signal(signal.SIGINT, _end_at_once)
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                signal.signal(number, _end_at_once)
             say("serving on standard input and output")
             anyio.run(server.run_stdio_async)
         else:
@@ -107,10 +108,10 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
 
 
 def _end_at_once(number: int, frame: FrameType | None) -> None:
-    """End the process on Ctrl-C; a thread that waits for a line of the client would keep any other end waiting too."""
+    """End the process; a thread that waits for a line of the client would keep any other end waiting too."""
     with suppress(OSError):  # `print` may be what was interrupted
-        os.write(2, b"structagent: interrupted\n")
-    os._exit(INTERRUPTED)
+        os.write(2, b"structagent: interrupted\n" if number == signal.SIGINT else b"structagent: terminated\n")
+    os._exit(128 + number)
 
 
 def http_server(server: TableServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:

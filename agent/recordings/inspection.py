@@ -14,9 +14,10 @@ from agent.recordings.load import used
 from agent.recordings.survey import first_times, last_times
 from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
 from agent.recordings.topic_selection import Choice, Offer, check_named, choose, offers
-from agent.rendering.text import aligned, number
+from agent.rendering.text import aligned, columns_of, number
 
 SCHEMA_VERSION = 2
+_MOST_LINES = 200  # of the frames' tree that are printed
 _DEEPEST = 20  # the frames' tree is not indented further
 
 
@@ -163,6 +164,7 @@ def _use(
 
 def print_bag_info(info: BagInfo, results: TextIO) -> None:
     """Print the content of a bag as text."""
+    columns = columns_of(results)
     print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
     rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
     rows += [
@@ -177,17 +179,21 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
         )
         for topic in info.topics
     ]
-    print(aligned(rows, left=3), file=results)
+    print(aligned(rows, 3, columns), file=results)
     if info.frames:
         print("\nframes", file=results)
-        for line in _tree(info.frames):
+        lines = _tree(info.frames)
+        for line in lines[:_MOST_LINES]:
             print(f"  {line}", file=results)
+        if len(lines) > _MOST_LINES:
+            print(f"  ... and {len(lines) - _MOST_LINES:,} more; --json has all", file=results)
     print("\navailable", file=results)
     rows = [(f"  {what}", "yes" if given else "no") for what, given in info.available.items()]
-    print(aligned(rows), file=results)
+    print(aligned(rows, width=columns), file=results)
     if info.used:
         print("\nused as", file=results)
-        print(aligned([(f"  {role.replace('_', ' ')}", topic) for role, topic in info.used.items()]), file=results)
+        rows = [(f"  {role.replace('_', ' ')}", topic) for role, topic in info.used.items()]
+        print(aligned(rows, width=columns), file=results)
     for sentence in info.notes:
         print(f"\nnote: {sentence}", file=results)
 
