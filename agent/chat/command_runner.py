@@ -100,6 +100,7 @@ class CommandRunner:
             case "/again":
                 screen.busy("proposing arrangements")
                 if talk.again():
+                    self._say_which()
                     self._on_proposal()
             case "/undo" | "/redo" | "/back" | "/reset":
                 {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
@@ -123,6 +124,12 @@ class CommandRunner:
                 screen.note(f"report: {write_page(self._session, page)}")
             case "/help":
                 self._help()
+
+    def _say_which(self) -> None:
+        """Say why another arrangement than the best of all is proposed, if it is."""
+        proposal = self._conversation.situation.proposal
+        if proposal is not None and proposal.rank > 1:
+            self._screen.note(f"candidate {proposal.rank} is the best that differs visibly from those shown")
 
     def _set_option(self, name: str, value: str) -> None:
         """Change an option if a value is given, and show its value."""

@@ -43,7 +43,7 @@ COMMANDS = (
     Command("/why", "", "explain why this arrangement was chosen and not the others"),
     Command("/plan", "", "show the arm's plan, its order and grasps, without moving anything"),
     Command("/go", "", "build the proposed arrangement"),
-    Command("/again", "", "propose other arrangements, from the next seed"),
+    Command("/again", "", "propose another arrangement, which differs visibly from those shown"),
     Command("/continue", "", "build the proposal, or propose again what was interrupted"),
     Command("/stop", "", "drop the proposal or the question; Ctrl-C stops the arm"),
     Command("/clear", "", "drop the goal; the table stays"),

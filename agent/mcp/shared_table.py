@@ -116,6 +116,11 @@ class SharedTable:
         nouns = {model.category for model in table.models if not model.category.isalpha()}
         return nouns.union(table.names, table.display_names, table.original_names)
 
+    def _options(self) -> list[str]:
+        """Return the answers that the open question offers: a name as it is, names within a goal in quotes."""
+        question, names = self._talk.question, self.names
+        return [] if question is None else [one if one in names else quote_names(one, names) for one in question.options]
+
     def _quoted(self, sentence: str) -> str:
         return quote_names(sentence, self.names)
 
@@ -135,7 +140,7 @@ class SharedTable:
             notes=list(map(self._quoted, seen.notes)),
             asked=self._wish(),
             question=self._quoted(question.text) if question else None,
-            options=list(question.options) if question else [],
+            options=self._options(),
             example=example.text if example else None,
         )
         return result, self.picture(job)
@@ -177,6 +182,8 @@ class SharedTable:
         """
         self._begin(job)
         talk, line = self._talk, " ".join(text.split())
+        if talk.question is not None:  # an option may be sent back with the quotes in which names were told
+            line = dict(zip(self._options(), talk.question.options, strict=True)).get(line, line)
         if not line:
             raise UsageError("the text is empty; say what to build")
         found = command_of(line)
@@ -255,7 +262,7 @@ class SharedTable:
             notes=list(map(self._quoted, notes_of(self._heard))),
             plans=self._offers() if status == "proposed" else [],
             question=self._quoted(question.text) if question else None,
-            options=list(question.options) if question else [],
+            options=self._options(),
             answer=None if answer is None else self._quoted(answer),
         )
 

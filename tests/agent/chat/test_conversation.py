@@ -7,6 +7,7 @@ import pytest
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned, Stopped
+from agent.chat.other_arrangement import differs, places_of
 from agent.chat.conversation import Conversation
 from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
 from agent.event_base import kind_of
@@ -313,6 +314,33 @@ def test_again_proposes_from_the_next_seed(conversation):
     assert conversation.situation.proposal.proposed.candidates[0] != first.candidates[0]
     conversation.undo()
     assert conversation.situation.proposal.proposed.candidates[0] == first.candidates[0]
+
+
+@pytest.mark.parametrize("wish", ["put the cups in a circle", "put the orange to the left of box 1", "stack the boxes"])
+def test_again_proposes_what_looks_different(conversation, sent, wish):
+    """Six times, also where the wish leaves little room: no proposal resembles one before it, or a note says so."""
+    conversation.say(wish)
+    shown, notes = [], 0
+    for _ in range(6):
+        proposal = conversation.situation.proposal
+        chosen = proposal.proposed.arrangements[proposal.rank - 1]
+        (places,) = places_of([chosen], proposal.scene)
+        if shown and not differs(places, shown):
+            notes += 1
+            assert of(sent, events.Noted)[-1].message.startswith("no arrangement that differs visibly")
+        assert of(sent, events.Chosen)[-1].rank == proposal.rank <= proposal.viable_count
+        shown.append(places)
+        sent.clear()
+        assert conversation.again()
+    assert notes < 3
+    conversation.say("put the cups in a line")  # another wish begins anew
+    assert conversation.situation.proposal.rank == 1
+
+
+def test_again_while_a_question_is_open_asks_it_again(conversation, sent):
+    conversation.say("put the cups")
+    asked = of(sent, events.Asked)[-1]
+    assert not conversation.again() and of(sent, events.Asked)[-1] == asked and conversation.question is not None
 
 
 @pytest.mark.parametrize("kind", [Picked, Placed])

@@ -139,6 +139,9 @@ def test_what_is_left_and_what_was_built(known):
         ("ok let's start all over", "/reset"), ("back to square one", "/reset"), ("/start over", "/reset"),
         ("go back one step", "/undo"), ("oops, undo the last thing", "/undo"), ("take back the last move", "/undo"),
         ("can you try that again please", "/again"), ("show me something else", "/again"), ("another one", "/again"),
+        ("Something else!", "/again"), ("next", "/again"), ("the next one please", "/again"), ("try again", "/again"),
+        ("a different arrangement", "/again"), ("can I see another?", "/again"), ("how about something different", "/again"),
+        ("show me other options", "/again"), ("not that one", "/again"), ("what else?", "/again"), ("another", "/again"),
         ("forget everything I said", "/clear"), ("clear all", "/clear"), ("/never mind", "/stop"), ("finish the job", "/continue"),
         ("I am done", "/quit"),
     ],
@@ -155,6 +158,7 @@ def test_commands_in_a_strangers_words(line, name):
         "why don't you stack the boxes on the left", "the mug next to the bowl", "can the mug be on the plate",
         "what about the apple on the plate", "is it okay to put the mug in the bowl", "should the mug be on the plate",
         "could the apple sit on the plate", "why is the mug not on the plate? put it there", "stop stacking, make a line",
+        "something else on the left", "next to the box", "put it next to the bowl", "another cup", "a second",
         "drop the circle", "leave the cups where they are", "forget the tower", "undo the circle and make a line",
     ],
 )  # fmt: skip

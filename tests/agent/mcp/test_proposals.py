@@ -163,3 +163,24 @@ def test_names_from_a_file_are_quoted_wherever_they_are_told(tmp_path, models, m
     for sentence in told:
         quoted = sentence.count(f'"{EVIL}"') + sentence.count(f'"{names[0]}"') * (names[0] != EVIL)
         assert sentence.count(EVIL) == quoted, sentence
+
+
+def test_options_of_a_question_can_be_sent_back_as_they_were_told(served, monkeypatch):
+    """A goal with its names in quotes, and a name as it is."""
+    from grounding.parse_result import Question
+
+    talk = served.table._talk
+    question = Question("part", "which one is meant?", ("cup 1 left of orange", "cup 1"))
+    answered = []
+    monkeypatch.setattr(talk, "question", question)
+    monkeypatch.setattr(talk, "answer", lambda value: answered.append(value) or False)
+
+    async def conversation(client):
+        told = (await data(client, "look"))["options"]
+        assert told == ['"cup 1" left of "orange"', "cup 1"]
+        for option in (*told, "2", "cup 1 left of orange"):
+            assert (await data(client, "propose", text=option))["status"] == "question"
+
+    served.speak(conversation)
+    monkeypatch.undo()
+    assert answered == ["cup 1 left of orange", "cup 1", "cup 1", "cup 1 left of orange"]
