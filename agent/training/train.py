@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from agent import __version__
 from agent.errors import UsageError
+from agent.runtime.jsonl_journal import locked_folder
 from agent.runtime.progress import progress_bar
 from agent.runtime.terminal_text import console_on
 from agent.training.recipes import Recipe
