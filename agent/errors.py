@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
+from pathlib import Path
 
 DONE = 0
 DEFECT = 1  # of the program itself
@@ -122,10 +124,11 @@ def is_defect(error: Exception) -> bool:
 
 def defect_sentence(error: BaseException) -> str:
     """Return a sentence for an error of the program itself: its kind, and the innermost place in our packages."""
+    root = Path(__file__).parents[1]
+    ours = tuple(str(root / package) + os.sep for package in ("agent", "grounding", "structdiffusion"))
     places = [
-        f", at {package}/{frame.filename.rpartition(f'/{package}/')[2]} line {frame.lineno}"
+        f", at {Path(frame.filename).relative_to(root).as_posix()} line {frame.lineno}"
         for frame in traceback.extract_tb(error.__traceback__)
-        for package in ("grounding", "structdiffusion", "agent")
-        if f"/{package}/" in frame.filename
+        if frame.filename.startswith(ours)
     ]
     return f"a defect of structagent, {type(error).__name__}: {one_sentence(error)}{places[-1] if places else ''}"

@@ -30,6 +30,7 @@ from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import run_instruction
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import run_session
+from agent.runtime.output_ownership import OwnFolder
 
 CRASHED = DEFECT
 TRACEBACK = "traceback.txt"
@@ -48,6 +49,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
     Returns:
         The row's line of `results.jsonl`.
     """
+    cache.pictures = OwnFolder(folder, "run")
     try:
         with run_session(folder, {"id": row.id, "line": row.line, **asdict(row.options)}) as session:
             record = RunRecord(session)

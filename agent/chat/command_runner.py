@@ -13,7 +13,6 @@ from agent.chat.file_access import FileAccess
 from agent.chat.greeting import invitation
 from agent.chat.view import SHOWN, ChatScreen
 from agent.errors import UsageError
-from agent.rendering.text import aligned
 from agent.runtime.settings import MOST_SEED
 from agent.scenes.files import SUFFIXES
 from agent.scenes.sources import EXAMPLE, SIMULATED
@@ -190,8 +189,7 @@ class CommandRunner:
         return path
 
     def _help(self) -> None:
-        for line in aligned(help_lines()).splitlines():
-            self._screen.note(line)
+        self._screen.listing(help_lines())
         self._screen.note(
             "Anything else is an instruction, a correction of the last one, or a question: put the cups in a small "
             "circle on the left and the bowl next to it; bigger; the other side; also put the orange on the plate; "

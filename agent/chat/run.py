@@ -24,6 +24,8 @@ from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
+from agent.runtime.memory import give_back
+from agent.runtime.output_ownership import OwnFolder
 from grounding.spec import LEGAL_VALUES
 
 if TYPE_CHECKING:
@@ -87,7 +89,7 @@ def converse(
         The exit code: 0, or that of the worst error, a file that could not be written or a defect of the program. Each
         error was shown when it happened, and the chat continued.
     """
-    cache = ResourceCache()
+    cache = ResourceCache(OwnFolder(session.parent, "chat"))
     viewers = () if viewer is None else (viewer,)
     with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
         with Conversation(options, cache, [screen, TurnRecords(writer), *viewers]) as conversation:
@@ -96,6 +98,7 @@ def converse(
 
                 def waiting() -> None:
                     stopped()
+                    give_back()
                     if viewer is not None:
                         viewer.on_waiting(conversation)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
@@ -21,14 +21,16 @@ from agent.cli.options import (
     ViewpointOption,
     print_error,
 )
-from agent.errors import DEFECT, NOT_BUILDABLE, UsageError
+from agent.errors import DEFECT, NOT_BUILDABLE, BadInput, UsageError
 from agent.rendering.text import number, slot_label
 from agent.runtime.stdio import (
+    NO_TEXT,
     as_text,
     lines_as_they_come,
     results_stream,
 )
 from grounding.goals.description import describe_part, describe_parts
+from grounding.instruction_files import TABLE, InstructionFileError, looks_like_json, read_entries
 from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
@@ -67,7 +69,7 @@ def parse(
     if not texts and (sys.stdin is None or sys.stdin.isatty()):
         raise UsageError("parse needs an instruction, as an argument or on standard input, one per line")
     # With JSON every line has its row, even an empty one, so that rows and lines correspond.
-    given = [list(map(as_text, texts))] if texts else lines_as_they_come(sys.stdin, keep_blank=json_output)
+    given = [list(map(as_text, texts))] if texts else _only_text(lines_as_they_come(sys.stdin, json_output))
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, such as "mug,bowl,plate", and {objects!r} names none')
@@ -78,6 +80,33 @@ def parse(
         raise UsageError("parse needs an instruction, and standard input had none")
     if refused or defects:
         raise typer.Exit(DEFECT if defects else NOT_BUILDABLE)
+
+
+def _only_text(batches: Iterator[list[str]]) -> Iterator[list[str]]:
+    """Yield the same lines.
+
+    Raises:
+        BadInput: if the first ones show that they are no instructions but data.
+    """
+    unknown = True
+    for lines in batches:
+        if unknown and (said := [line for line in lines if line.strip()]):
+            unknown = False
+            if what := _data_in(said):
+                legal = "parse takes an instruction a line, `structagent batch` takes JSON and tables"
+                raise BadInput(f"standard input {what}; {legal}")
+        yield lines
+
+
+def _data_in(lines: Sequence[str]) -> str:
+    """Say which kind of data begins with these lines; "" for instructions."""
+    if looks_like_json(lines[0]):
+        return "is JSON"
+    try:  # a zero byte in a line costs this line
+        found = read_entries("\n".join(lines).replace("\0", NO_TEXT).encode("utf-8", "replace"))
+    except InstructionFileError as error:
+        return str(error).partition(";")[0]
+    return "is a table" if found.kind == TABLE else ""
 
 
 def parse_instructions(

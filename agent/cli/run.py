@@ -36,7 +36,7 @@ from agent.cli.options import (
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
-from agent.runtime.output_ownership import claim_folder
+from agent.runtime.output_ownership import OwnFolder, claim_folder
 from agent.runtime.output_paths import folder_or_new
 from agent.runtime.stdio import (
     NO_TEXT,
@@ -137,6 +137,7 @@ def _carry_out(
     """Carry out an instruction, print its progress and write its report; return the outcome of the report."""
     from agent.event_base import Listener, send
     from agent.events import Failed
+    from agent.pipeline.resources import ResourceCache
     from agent.pipeline.run import run_instruction
     from agent.reporting.rerun_log import RerunLog
     from agent.reporting.run_report import RunRecord
@@ -158,8 +159,9 @@ def _carry_out(
 
         try:
             on_table = None if viewer is None else viewer.on_table
+            cache = ResourceCache(OwnFolder(folder, "run"))
             for event in run_instruction(
-                text, options, on_step=on_step if watching else None, trajectories=trajectories, on_table=on_table
+                text, options, cache, on_step=on_step if watching else None, trajectories=trajectories, on_table=on_table
             ):
                 send(event, listeners)
         except Terminated as ended:

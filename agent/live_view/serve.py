@@ -43,7 +43,7 @@ def serve_chat(
     lines = DriverLines(files=is_loopback(host))
     with ViewServer(host, port, token, lines.actions) as server:
         screen = page_screen(server, echo=False)
-        lines.show_on(server, screen.console)
+        lines.show_on(server, screen.said)
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background job has to stop the arm too
             signal.signal(signal.SIGINT, signal.default_int_handler)
         announce(server.access, "Ctrl-C stops the arm, and ends the view when nothing is at work")

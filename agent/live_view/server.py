@@ -28,9 +28,12 @@ MOST_VIEWERS = 16
 LONGEST_MESSAGE = 16_384  # bytes from a page: more than any instruction needs
 _ENDING = 5.0  # s that the pages have to be told
 _SOCKET = "/socket"
-_PAGES = {
-    "/": "index.html", "/live_view.css": "live_view.css", "/live_view.js": "live_view.js",
-    "/scene_3d.js": "scene_3d.js", "/matrices.js": "matrices.js",
+_PAGES = {"/": "index.html"} | {
+    f"/{name}": name
+    for name in (
+        "live_view.css", "chat.css", "live_view.js", "elements.js", "transcript.js", "candidates.js", "thumbnails.js",
+        "scene_3d.js", "eye.js", "shaders.js", "solids.js", "matrices.js",
+    )
 }  # fmt: skip
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -115,7 +118,7 @@ class ViewServer:
         """Send a message to all pages, those to come included; may be called in any thread.
 
         Args:
-            kind: the kind; the last message of each kind is kept, of "text" the last lines.
+            kind: the kind; the last message of each kind is kept, of "entry" the last ones.
             payload: the message as JSON values.
         """
         message = json.dumps({"kind": kind, **payload}, separators=(",", ":"))

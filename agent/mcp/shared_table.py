@@ -41,6 +41,7 @@ from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
+from agent.runtime.output_ownership import OwnFolder
 from grounding.goals.description import describe_part, describe_parts
 
 SESSION, PAGE = "session.jsonl", "report.html"
@@ -67,7 +68,7 @@ class SharedTable:
     def __init__(self, options: RunOptions, folder: Path, cache: ResourceCache | None = None) -> None:
         self.plans, self.version = PlanLedger(), 0
         self._folder, self._job, self._heard = folder, Job(""), list[Event]()
-        self._cache = ResourceCache() if cache is None else cache
+        self._cache = ResourceCache(OwnFolder(folder, "chat")) if cache is None else cache
         self._writer = SessionWriter(folder / SESSION, json_value(asdict(options)), owner="chat")
         try:
             self._turns = TurnRecords(self._writer, TURNS_KEPT)

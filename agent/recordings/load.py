@@ -24,6 +24,7 @@ from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.message_decoding import COMPRESSED, Lens, cloud_points, frame_name, lens_of, stamp
 from agent.recordings.point_count import lens_of_every, step_of, told_of, with_fewer_points
 from agent.recordings.recording import DepthFrame, ReadingOf, Recording
+from agent.recordings.survey import first_times
 from agent.recordings.synchronization import Found, around, fused
 from agent.recordings.tf_tree import (
     Frames,
@@ -34,7 +35,7 @@ from agent.recordings.tf_tree import (
     transform_streams,
 )
 from agent.recordings.topic_selection import Choice, Offer, choose
-from structdiffusion.limits import MOST_PIXELS_TOGETHER
+from structdiffusion.limits import MOST_PIXELS, MOST_PIXELS_TOGETHER
 
 _OTHER_SUFFIXES = (".ply", ".pcd")
 _LONGEST_LOOK = 1.0  # s; looks that are further apart show another scene
@@ -170,8 +171,7 @@ def _moment(bag: Bag, at: float | None, choice: Choice, joints: list[Stream]) ->
         return bag.start + round(at * 1e9)
     offered = [choice.points, choice.depth, choice.depth_info, choice.color, choice.color_info]
     needed = [offer.stream for offer in offered if offer is not None] + joints[:1] + transform_streams(bag)
-    firsts = [next(bag.messages([stream]), None) for stream in needed if stream.count]
-    return max(message.recorded for message in firsts if message is not None)
+    return max(first_times(bag, needed).values())
 
 
 def _lens(bag: Bag, info: Offer, picture: Offer, moment: int) -> Lens:
@@ -199,19 +199,17 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
     """
     stream = choice.source.stream
     rays: dict[tuple[int, int], np.ndarray] = {}
-    measured: dict[tuple[int, int], _Look] = {}
+    measured: dict[tuple[int, int], _Look | BadInput] = {}
     looked_at = 0  # pixels
 
     def look(message: Message) -> _Look:
         nonlocal looked_at
-        key = message.recorded, zlib.crc32(message.raw)
-        if key in measured:
-            return measured[key]
         decoded = bag.decoded(message)
         width, height = compressed_size(decoded) if stream.type == COMPRESSED else (decoded.width, decoded.height)
-        if looked_at and looked_at + width * height > MOST_PIXELS_TOGETHER:
-            raise BadInput(f"the pictures that were looked at have {MOST_PIXELS_TOGETHER} pixels together")
-        looked_at += width * height
+        if width * height <= MOST_PIXELS:  # otherwise it is refused before any work
+            if looked_at and looked_at + width * height > MOST_PIXELS_TOGETHER:
+                raise BadInput(f"the pictures that were looked at have {MOST_PIXELS_TOGETHER} pixels together")
+            looked_at += width * height
         if choice.points is not None:
             points, colors = cloud_points(decoded)
             step = 1
@@ -223,10 +221,22 @@ def _looks(bag: Bag, choice: Choice, lens: Lens | None, moment: int, most: int) 
         if not np.isfinite(points).any():
             raise BadInput("a picture measures nothing: it has no valid point")
         when = stamp(decoded.header, message.recorded)
-        measured[key] = _Look(points, colors, frame_name(decoded.header.frame_id), when, (height, width), step)
-        return measured[key]
+        return _Look(points, colors, frame_name(decoded.header.frame_id), when, (height, width), step)
 
-    found = around(bag, stream, moment, lambda message: _on_topic(stream, lambda: look(message)), most // 2 + 1, most)
+    def look_once(message: Message) -> _Look:
+        """Return what was found in a message before, as messages are read again over longer and longer times."""
+        key = message.recorded, zlib.crc32(message.raw)
+        if key not in measured:
+            try:
+                measured[key] = _on_topic(stream, lambda: look(message))
+            except BadInput as error:
+                measured[key] = error
+        found = measured[key]
+        if isinstance(found, BadInput):
+            raise found
+        return found
+
+    found = around(bag, stream, moment, look_once, most // 2 + 1, most)
     if not found:
         raise BadInput(f"{stream.topic} of {str(bag.path)!r} has no messages")
     near = [look for look in found if abs(look.time - found[0].time) < _LONGEST_LOOK * 1e9]
@@ -257,7 +267,7 @@ def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list
     first_from_base = np.linalg.inv(frames.pose(path))
     still = looks[:1]
     for look in looks[1:]:
-        then = read_frames(bag, look.value.stamp, [(camera, base)])
+        then = read_frames(bag, look.value.stamp, [(camera, base)], frames)
         moved = first_from_base @ then.pose(then.path(base, camera))
         if (
             np.linalg.norm(moved[:3, 3]) < _SAME_PLACE[0]

@@ -46,38 +46,51 @@ def unpack_rvl(data: bytes, count: int) -> np.ndarray:
     raise BadInput(_CUT.format(pixel, count))
 
 
-def _runs(numbers: np.ndarray, left: int, pixel: int, count: int) -> tuple[list[int], np.ndarray, int, int]:
+def _runs(numbers: np.ndarray, left: int, pixel: int, count: int) -> tuple[np.ndarray, np.ndarray, int, int]:
     """Find the runs in numbers, of which the first `left` end the run before.
 
     Returns:
         How many pixels are measured, not measured, measured, and so on; where the two numbers that begin each run
         stand; how many numbers were used; and how many pixels of the last run are missing.
     """
-    values, heads = numbers.tolist(), []
-    at = min(left, len(values))
-    lengths, left = [at], left - at
-    pixel += at + left
-    while not left and at + 1 < len(values) and pixel < count:
-        empty, measured = values[at], values[at + 1]
-        if not 0 < empty + measured <= count - pixel:
-            raise BadInput(f"an RVL picture is damaged: after {pixel} of {count} pixels it claims {measured} more")
+    at, size = min(left, len(numbers)), len(numbers)
+    begun, left = at, left - at
+    values, heads = numbers.tolist() if pixel + begun + left < count else [], []
+    while at + 1 < len(values):
         heads.append(at)
-        here = min(measured, len(values) - at - 2)
-        lengths += (empty, here)
-        pixel += empty + measured
-        at, left = at + 2 + here, measured - here
-    return lengths, np.array(heads, dtype=np.int64), at, left
+        at += 2 + values[at + 1]
+    places = np.array(heads, dtype=np.int64)
+    empty, measured = numbers[places], numbers[places + 1]
+    ends = pixel + begun + left + np.cumsum(empty + measured)
+    last = int(np.searchsorted(ends, count)) + 1  # runs up to the picture's last pixel
+    wrong = np.flatnonzero((empty + measured == 0)[:last] | (ends[:last] > count))
+    if len(wrong):
+        before = ends[wrong[0]] - empty[wrong[0]] - measured[wrong[0]]
+        raise BadInput(
+            f"an RVL picture is damaged: after {before} of {count} pixels it claims {measured[wrong[0]]} more"
+        )
+    places, empty, measured = places[:last], empty[:last], measured[:last].copy()
+    if len(places):
+        at = int(places[-1] + 2 + measured[-1])
+        left = max(0, at - size)
+        at -= left
+        measured[-1] -= left
+    return np.concatenate(([begun], np.column_stack((empty, measured)).ravel())), places, at, left
 
 
 def _numbers(data: bytes) -> Iterator[np.ndarray]:
     """Yield the numbers in `data`, int64, block by block."""
-    rest = np.empty(0, np.int64)
+    rest = np.empty(0, np.uint8)
     end = len(data) // _WORD * _WORD
     for start in range(0, end, _BLOCK):
-        words = np.frombuffer(data, "<u4", min(_BLOCK, end - start) // _WORD, start)
-        nibbles = (words[:, None] >> np.arange(28, -1, -4, dtype=np.uint32)).ravel() & 0xF
-        nibbles = np.concatenate((rest, nibbles))
-        last = np.flatnonzero(nibbles < 8)
+        pairs = np.frombuffer(data, np.uint8, min(_BLOCK, end - start), start).reshape(-1, _WORD)[:, ::-1]
+        nibbles = np.concatenate((rest, np.stack((pairs >> 4, pairs & 0xF), axis=-1).ravel()))
+        is_last = nibbles < 8
+        if is_last.all():  # as in a picture of nothing much
+            rest = nibbles[:0]
+            yield nibbles.astype(np.int64)
+            continue
+        last = np.flatnonzero(is_last)
         rest = nibbles[last[-1] + 1 :] if len(last) else nibbles
         first = np.concatenate(([0], last[:-1] + 1)) if len(last) else last
         nibbles = nibbles[: len(nibbles) - len(rest)]
@@ -85,4 +98,4 @@ def _numbers(data: bytes) -> Iterator[np.ndarray]:
         if len(rest) >= _MOST_NIBBLES or (place >= _MOST_NIBBLES).any():
             raise BadInput("an RVL picture is damaged: it has a number of more than 32 bits")
         if len(first):
-            yield np.add.reduceat((nibbles & 7) << (3 * place), first)
+            yield np.add.reduceat((nibbles & 7).astype(np.int64) << (3 * place), first)

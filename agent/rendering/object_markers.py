@@ -19,7 +19,7 @@ _NUMBERED = re.compile(r".* ([1-9]\d{0,2})")
 _DOT = 0.02  # m: the side of an object whose cloud spans no area
 _HIGHER = 0.01  # m: so much higher is the cloud's mean of what stands on something
 _LIFTED = 0.005  # m: so much an arrangement lifts what it stacks
-_BY_NUMBER, _BY_PLACE = string.digits[1:] + string.ascii_letters, string.ascii_uppercase + string.ascii_lowercase
+_LETTERS, _NUMBERS = string.ascii_letters.swapcase(), string.digits[1:] + string.ascii_uppercase
 
 
 @dataclass(frozen=True)
@@ -141,15 +141,17 @@ def stack_sentence(stack: Sequence[Marker]) -> str:
 def _letters(objects: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     """Return the character of each object by its name.
 
-    It is the number in its name where the names of all differ in that, as "object 3" of a recording; otherwise a letter
-    for its place on the table, so that an object has no number besides the one in its name.
+    It is the number in its name, as in "object 3", where no two names have the same; what has none gets a small letter.
+    Otherwise all get capital letters by their places on the table: "box 2" has no number besides that in its name.
     """
     matches = {seen["name"]: _NUMBERED.fullmatch(seen["name"]) for seen in objects}
     numbers = {name: int(match[1]) for name, match in matches.items() if match}
-    if len(set(numbers.values())) == len(matches):
-        return {name: _letter(_BY_NUMBER, number - 1) for name, number in numbers.items()}
-    places = [seen.get("number") or index for index, seen in enumerate(objects, start=1)]
-    return {seen["name"]: _letter(_BY_PLACE, place - 1) for seen, place in zip(objects, places, strict=True)}
+    places = {seen["name"]: seen.get("number") or index for index, seen in enumerate(objects, start=1)}
+    if not numbers or len(set(numbers.values())) < len(numbers):
+        return {name: _letter(_LETTERS, place - 1) for name, place in places.items()}
+    others = sorted(matches.keys() - numbers.keys(), key=places.__getitem__)
+    of_others = {name: _letter(string.ascii_lowercase, index) for index, name in enumerate(others)}
+    return of_others | {name: _letter(_NUMBERS, number - 1) for name, number in numbers.items()}
 
 
 def _letter(letters: str, index: int) -> str:

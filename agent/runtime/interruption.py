@@ -6,7 +6,6 @@ ways of its own. Nobody waits longer than `_PATIENCE` for that. One that comes w
 
 from __future__ import annotations
 
-import _thread
 import os
 import signal
 import sys
@@ -18,10 +17,10 @@ _IMPORTS = "<frozen importlib._bootstrap>"
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 _OURS = tuple(os.path.join(_ROOT, package, "") for package in ("agent", "structdiffusion", "grounding"))
 _PATIENCE = 1.0  # s
+_SOON = 0.001  # s
 _SHOW_CURSOR = b"\x1b[?25h\r"
 
 _pressed = 0
-_lost = False  # whether the present signal repeats an interruption that could not be raised
 
 
 def handle_interruptions() -> None:
@@ -41,8 +40,8 @@ def ignore_further_interruptions() -> None:
 
 
 def _handle(number: int, frame: FrameType | None) -> None:
-    global _pressed, _lost
-    _pressed, _lost = _pressed + (not _lost), False
+    global _pressed
+    _pressed += 1
     if _pressed > 1:
         end_at_once()
     interrupt(frame, _PATIENCE)
@@ -86,10 +85,9 @@ def _importer(frame: FrameType | None) -> FrameType | None:
 
 
 def _raise_later(unraisable: Any) -> None:
-    global _lost
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
-        _lost = True
-        _thread.interrupt_main()
+        signal.signal(signal.SIGALRM, lambda number, frame: interrupt(frame))
+        signal.setitimer(signal.ITIMER_REAL, _SOON)
     else:
         sys.__unraisablehook__(unraisable)
 

@@ -20,6 +20,7 @@ import os
 import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,31 @@ _KINDS = {"run": "a run", "chat": "a chat", "batch": "a batch", "evaluation": "a
 _LARGEST_REPORT = 64 * 2**20  # bytes; a larger file is no report of a run
 
 Recognise = Callable[[OpenFolder], bool]
+
+
+@dataclass(frozen=True)
+class OwnFolder:
+    """The output folder of a command.
+
+    Attributes:
+        folder: made if needed.
+        kind: of what it holds: "run", "chat", "batch" or "evaluation".
+    """
+
+    folder: Path
+    kind: str
+
+    def write(self, name: str, content: bytes) -> Path:
+        """Write a file into it, as one of this tool's own; return its path.
+
+        Raises:
+            UsageError: if the folder contains files that this kind of command did not write.
+            OSError: if it cannot be written.
+        """
+        with own_folder(self.folder, self.kind) as place:
+            mark(place, self.kind, files_written(place, self.kind) | {name})
+            place.write({name: content})
+        return self.folder / name
 
 
 def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> None:

@@ -133,13 +133,53 @@ def test_bytes_that_are_no_text(read):
     ("name", "content", "texts"),
     [
         ("orders", f"\n  {GOOD}\n", ["stack the cans"]),
-        ("orders", 'a row\n{"text": "b"}', ["a row", '{"text": "b"}']),
-        ("orders.txt", '{"text": "b"}', ['{"text": "b"}']),
+        ("orders", 'a row\n{"text": "b"}', ["a row", None]),
+        ("orders.txt", '{"text": "b"}', ["b"]),
+        ("orders.txt", f"[{GOOD}]", ["stack the cans"]),
+        ("orders.json", f"[{GOOD},\n{GOOD}]", ["stack the cans"] * 2),
+        ("orders.jsonl", f"[{GOOD}]", ["stack the cans"]),
+        ("orders.txt", '["a row", "stack the cans"]', ["a row", "stack the cans"]),
+        ("orders.txt", "text\ta row".replace("a row", "seed") + "\na row\t7", ["a row"]),
         ("orders.NDJSON", GOOD, ["stack the cans"]),
+        ("orders.txt", GOOD.encode("utf-16"), ["stack the cans"]),
     ],
 )
-def test_format_by_name_and_else_by_the_first_character(read, name, content, texts):
+def test_format_by_content(read, name, content, texts):
     assert [row.text for row in read(content, name)] == texts
+
+
+def test_a_bad_element_of_an_array_costs_no_other_and_is_named_by_its_place(read):
+    content = f'[{GOOD}, {{"text": "a", "text": "b"}}, 7, {{"text": "a", "id": "row-009"}}, {{"seed": 1}}, {GOOD}]'
+    first, twice, number, reserved, textless, last = read(content, "orders.json")
+    assert isinstance(first, Row) and isinstance(last, Row) and (first.id, last.id) == ("row-001", "row-006")
+    assert twice.message == 'row 2: the key "text" is given twice' and "an object such as" in number.message
+    assert '"row-009" is reserved' in reserved.message and '"text"' in textless.message
+    assert {row.exit_code for row in (twice, number, reserved, textless)} == {6}
+
+
+def test_json_among_lines_of_text_is_no_instruction(read):
+    good, bad = read('make a line\n{"text": "stack the cans"}', "orders.txt")
+    assert good.text == "make a line" and bad.message.startswith("line 2: this is JSON in a file of plain text")
+
+
+def test_a_table_gives_rows_with_the_kinds_of_the_keys(read):
+    content = "id,text,seed,execute\nmine,make a line,7,FALSE\n,stack the cans,,\n"
+    content += "other,a row,x,true\nodd,a row,1,maybe\n"
+    mine, plain, *bad = read(content, "orders.csv")
+    assert (mine.id, mine.line, mine.options.seed, mine.options.execute) == ("mine", 2, 7, False)
+    assert (plain.id, plain.text, plain.options) == ("line-003", "stack the cans", DEFAULTS)
+    assert 'seed must be a whole number, got "x"' in bad[0].message
+    assert 'execute must be true or false, got "maybe"' in bad[1].message
+    (odd,) = read("text,colour\nmake a line,red\n", "orders.csv")
+    assert 'the key "colour" is unknown' in odd.message
+
+
+@pytest.mark.parametrize(
+    ("content", "why"), [("[1, 2", "cannot be read as JSON"), (b"PK\x03\x04\0\0", "not text"), ("<html>", "markup")]
+)
+def test_a_file_of_another_kind_is_one_sentence(read, content, why):
+    with pytest.raises(BadInput, match=f"orders.txt' .*{why}.*; legal are an instruction a line"):
+        read(content, "orders.txt")
 
 
 def test_fingerprint_changes_with_what_decides_the_result_and_nothing_else(read, tmp_path):

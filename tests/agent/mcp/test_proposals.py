@@ -157,7 +157,7 @@ def test_names_from_a_file_are_quoted_wherever_they_are_told(tmp_path, models, m
 
     told: list[str] = []
     names: list[str] = []
-    with serving(tmp_path, models) as served:
+    with serving(tmp_path / "out", models) as served:
         served.speak(conversation, person)
     assert sum(EVIL in sentence for sentence in told) >= 3, told
     for sentence in told:
