@@ -75,7 +75,7 @@ class Checkpointed(nn.Module):
             kind = values.pop("kind", None)
             known = {field.name for field in fields(cls.Config)}
         except (OSError, ValueError, AttributeError, TypeError) as error:
-            reason = _shortened(str(error), 160)
+            reason = _shortened(str(getattr(error, "strerror", None) or error), 160)
             raise CheckpointError(f"{folder / CONFIG_NAME} is not a JSON object: {reason}") from error
         if kind != cls.kind:
             raise CheckpointError(f"{folder / CONFIG_NAME} is of kind {kind!r}; expected {cls.kind!r}")

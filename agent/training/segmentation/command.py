@@ -6,6 +6,7 @@ from pathlib import Path
 
 import torch
 
+from agent.runtime.jsonl_journal import locked_folder
 from agent.training.segmentation.training import SegmentationTraining, train_network
 from agent.training.train import chosen_device
 
@@ -30,12 +31,13 @@ def train_segmentation_network(
         threads: of torch.
 
     Raises:
-        UsageError: for a device that is not available.
+        UsageError: for a device that is not available, or a folder that another process writes into.
         CheckpointError: if the earlier run in the folder cannot be resumed.
         FloatingPointError: if the loss is not finite.
     """
     where = chosen_device(device)
     torch.set_num_threads(threads)
     options = SegmentationTraining(out, steps, batch, views, learning_rate, seed, where, workers, start)
-    train_network(options, lambda line: print(line, flush=True))
+    with locked_folder(out, "structagent train"):
+        train_network(options, lambda line: print(line, flush=True))
     print(f"trained for {steps} steps on {where}: {out}")

@@ -9,7 +9,9 @@ import pytest
 import trimesh
 
 from agent.cli.app import command_line
+from agent.runtime.jsonl_journal import locked_folder
 from agent.training import sentence_embeddings
+from grounding.atomic_files import OpenFolder
 from grounding.corpus.grammar import all_sentences
 from structdiffusion.data import demonstrations
 
@@ -98,3 +100,41 @@ def test_a_worker_that_dies_costs_its_shard_and_the_same_command_draws_it(line, 
     assert command_line(line) == 0
     assert (data / "shard_00001.npz").is_file() and (data / "datasheet.json").is_file()
     assert (data / "shard_00000.npz").stat().st_mtime_ns == before
+
+
+class Killed(BaseException):
+    """Ends a command as a signal does."""
+
+
+@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.parametrize("writes", [1, 2, 3, 5, 7])
+def test_what_was_killed_at_any_write_becomes_what_was_not(writes, line, tmp_path, monkeypatch):
+    """The files of the data are the same to the byte: library, seed, shards, pairs, sentences."""
+    assert command_line(line) == 0
+    (tmp_path / "data").rename(tmp_path / "whole")
+    replace, left = OpenFolder.replace, iter([True] * writes)
+
+    def killed(place, *names):
+        if not next(left, False):
+            raise Killed
+        replace(place, *names)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(OpenFolder, "replace", killed)
+        with pytest.raises(Killed):
+            command_line(line)
+    if (facts := tmp_path / "data" / "shards.jsonl").exists():
+        facts.write_bytes(facts.read_bytes()[:-9])  # the line that was written last is torn
+    assert command_line(line) == 0
+    whole, resumed = ({path.name: path for path in (tmp_path / name).iterdir()} for name in ("whole", "data"))
+    assert resumed.keys() == whole.keys()
+    for name in whole.keys() - {"datasheet.json", "datasheet.md", "shards.jsonl"}:
+        assert resumed[name].read_bytes() == whole[name].read_bytes(), name
+    sheets = [json.loads((tmp_path / name / "datasheet.json").read_text()) for name in ("whole", "data")]
+    assert sheets[0]["sha256"] == sheets[1]["sha256"]
+
+
+def test_two_cannot_generate_into_one_folder(line, tmp_path, capsys):
+    with locked_folder(tmp_path / "data", "structagent generate"):
+        assert command_line(line) == 2
+    assert "another structagent generate is at work in" in capsys.readouterr().err

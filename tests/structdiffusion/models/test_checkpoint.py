@@ -218,7 +218,7 @@ def test_numbers_too_large_for_the_network_are_refused(folder):
         ({"width": -(10**9)}, "width cannot be -1000000000"),
         ({"width": "x" * 50_000}, "describes no network: "),
         ({"points": [10**9]}, r"points cannot be \[1000000000\]"),
-        ({"width": 8192, "layers": 64}, "describes a network of 18864032769 numbers; it may have at most 200000000"),
+        ({"width": 8192, "layers": 64}, "describes a network of 18864032769 numbers; it may have at most 50000000"),
     ],
 )
 def test_a_config_of_a_network_that_is_too_large_is_refused_before_it_is_made(folder, values, said, monkeypatch):
@@ -235,7 +235,7 @@ def test_a_config_of_a_network_that_is_too_large_is_refused_before_it_is_made(fo
 @pytest.mark.parametrize(("name", "limit"), [("config.json", "CONFIG_BYTES"), ("model.safetensors", "WEIGHTS_BYTES")])
 def test_files_that_are_too_large_are_not_read(folder, monkeypatch, name, limit):
     monkeypatch.setattr(f"structdiffusion.models.checkpoint.{limit}", 10)
-    with pytest.raises(CheckpointError, match=f"{name} has [0-9]+ bytes; at most 10 are read"):
+    with pytest.raises(CheckpointError, match=f"{name} .*it has (more than 10 bytes|[0-9]+ bytes; at most 10 are read)"):
         CollisionDiscriminator.from_pretrained(folder)
 
 
