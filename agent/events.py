@@ -129,6 +129,7 @@ class SeenObject:
         display_name: its name with descriptions for instructions, such as "object 3, red, tall".
         color_name: the name of its colour, or empty if unknown.
         confidence: in its noun, from 0 to 1, if that comes from the picture; `None` if it is known.
+        number: its place among all objects of the table, from 1, whichever take part; 0 if that was not recorded.
     """
 
     name: str
@@ -141,6 +142,7 @@ class SeenObject:
     display_name: str = ""
     color_name: str = ""
     confidence: float | None = None
+    number: int = 0
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from grounding.corpus.grammar import all_sentences, split_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.instruction_files import JSON, InstructionFileError, read_entries
-from grounding.parse_result import Parse
+from grounding.parse_result import DEFECT, Parse
 from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 
 CALIBRATION_BINS = 10
@@ -190,6 +190,8 @@ def _along_as_position(goal: Goal) -> StructureSpec | None:
 
 def is_exact(row: Row, parse: Parse) -> bool:
     """Tell whether the instruction was refused as it must be, or every slot has an acceptable value."""
+    if parse.status == DEFECT:
+        return False
     if row.refuse or parse.status == "refused":
         return row.refuse and parse.status == "refused"
     return all(value in row.acceptable[slot] for slot, value in parse.spec.to_dict().items())
@@ -220,7 +222,7 @@ def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
     read = [
         (row, parse, parse.spec.to_dict())
         for row, parse in pairs
-        if not row.refuse and parse.status != "refused"
+        if not row.refuse and parse.status not in ("refused", DEFECT)
     ]
     must_stay_open = [
         spec[slot] is not None for row, _, spec in read for slot in SLOTS if row.acceptable[slot] == (None,)

@@ -90,6 +90,9 @@ class Placed(ArmEvent):
         angle_error_rad: angle between its rotation and the goal's (for round things: of their upright axis).
         world_from_object: (4, 4) its pose now.
         seconds: planning and execution time of this object.
+        trouble: why it does not stand as placed, in words that follow its name; empty if it does.
+        again: why it was moved although it had been moved before, in words that follow its name; empty if it had not.
+        on: what it was to rest on, "the table" or a name; empty if that is not known.
     """
 
     object: int
@@ -99,6 +102,26 @@ class Placed(ArmEvent):
     angle_error_rad: float
     world_from_object: np.ndarray
     seconds: float
+    trouble: str = ""
+    again: str = ""
+    on: str = ""
+
+
+@dataclass(frozen=True)
+class StandingChanged(ArmEvent):
+    """An object that had been placed stands no longer as placed, or does so again.
+
+    Attributes:
+        stands: whether it does now.
+        trouble: why not, in words that follow its name; empty if it does.
+        during: what the arm had done since it last stood: "can 3 was placed".
+    """
+
+    object: int
+    name: str
+    stands: bool
+    trouble: str
+    during: str
 
 
 @dataclass(frozen=True)

@@ -30,17 +30,19 @@ from agent.arm.placement_order import bottom_at, precedence
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import SETTLE_SECONDS, fold, is_folded, leave_start, set_down_below, withdraw
+from agent.arm.standing_watch import StandingWatch
 from agent.arm.task_planner import Search
 from agent.arm.trajectories import straight_line
 from structdiffusion.geometry import raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import Arrangement, Scene
-from structdiffusion.simulation.world import FALLEN, TabletopWorld
+from structdiffusion.simulation.world import FALLEN, TABLE, TabletopWorld
 
 HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
 REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
 STALE = 0.003  # m that an object may have moved before the plan around it is made again
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
+ON_TABLE = 0.02  # m: what goes no higher and on no other object goes on the table
 PUSHED = 0.02  # m from its goal: worth another move
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
 
@@ -71,7 +73,8 @@ def build_structure(
 
     Yields:
         `PlanFailed` for every arrangement without a plan, `Planned` for the one that is built, then per
-        object `PickFailed`, `Picked`, `Placed` or `PlaceFailed`. Without `Planned`, nothing was moved.
+        object `PickFailed`, `Picked`, `Placed` or `PlaceFailed`, and after each of them `StandingChanged` for what was
+        placed before and has fallen since. Without `Planned`, nothing was moved.
 
     Raises:
         ValueError: for an unknown `hold`.
@@ -92,8 +95,8 @@ def build_structure(
             builder.begin()
             for step in steps:
                 yield from builder.move(step)
-            for step in builder.displaced(steps):
-                yield from builder.move(step)
+            for step, why in builder.displaced(steps):
+                yield from builder.move(step, why)
         except KeyboardInterrupt:
             yield builder.stop()
             raise
@@ -117,6 +120,8 @@ class _Builder:
         for index, containers in search.rules.into.items():
             self.stands_on[index] = next((key for key in containers if isinstance(key, int)), self.stands_on[index])
         self.expected = [np.eye(4)] * self.count  # now_from_initial as planned so far
+        self.watch = StandingWatch(self.world, [cloud.name for cloud in scene.objects])
+        self.set_aside: set[int] = set()
         self.driver.let_sleep(True)
         self._pose_before = np.eye(4)  # of the object being moved, when its plan was made
 
@@ -167,8 +172,9 @@ class _Builder:
             return Stopped(index, name, set_down, False)
         return Stopped(index, name, set_down, True)
 
-    def displaced(self, plans: Sequence[ObjectPlan]) -> Iterator[ObjectPlan]:
-        """Yield the plan of each object that is not at its goal, because it was pushed or could not be placed before.
+    def displaced(self, plans: Sequence[ObjectPlan]) -> Iterator[tuple[ObjectPlan, str]]:
+        """Yield the plan of each object that is not at its goal, because it was pushed or could not be placed before,
+        and why it is moved again.
 
         Only upright objects with nothing to be placed on them are included, because moving the others does not help.
         """
@@ -178,12 +184,24 @@ class _Builder:
             distance = float(np.linalg.norm(pose[:3, 3] - goal[:3, 3]))
             stands = tilt_between(pose, goal) < LARGEST_SLIP_ANGLE and pose[2, 3] > FALLEN
             if distance > PUSHED and stands and plan.object not in self.stands_on:
-                yield plan
+                yield plan, f"stood {100 * distance:.1f} cm from its goal" if plan.object in self.watch else ""
 
     # --- one object --------------------------------------------------------------------------
 
-    def move(self, plan: ObjectPlan) -> Iterator[ArmEvent]:
-        """Pick and place one object; yield every attempt and the result."""
+    def move(self, plan: ObjectPlan, why: str = "") -> Iterator[ArmEvent]:
+        """Pick and place one object; yield every attempt, the result, and what stands otherwise since.
+
+        Args:
+            plan: its plan.
+            why: it is moved once more, in words that follow its name.
+        """
+        did = "was moved"
+        for event in self._moved(plan, why):
+            yield event
+            did = "was placed" if isinstance(event, Placed) else "was picked up" if isinstance(event, Picked) else did
+        yield from self.watch.changes(f"{self.scene.objects[plan.object].name} {did}")
+
+    def _moved(self, plan: ObjectPlan, why: str) -> Iterator[ArmEvent]:
         began = time.monotonic()
         index = plan.object
         name = self.scene.objects[index].name
@@ -201,9 +219,12 @@ class _Builder:
             reason, picked = self._pick(current, name, attempt)
             if picked is not None:
                 yield picked
+                self.watch.take_away(index)
                 self._place(current, name)
                 self.expected[index] = self.goal_from_initial[index] if target is None else target
-                yield self._look(index, name, current, time.monotonic() - began)
+                why = why or ("had been set aside" if index in self.set_aside else "")
+                self.set_aside |= {index} if plan.aside else set()
+                yield replace(self._look(index, name, current, time.monotonic() - began), again=why)
                 return
             yield PickFailed(index, name, current.grasp.kind, attempt, reason)
             failed.append(current.grasp)
@@ -305,4 +326,12 @@ class _Builder:
         goal = self.expected[index] @ self.start_poses[index]
         error = float(np.linalg.norm(pose[:2, 3] - goal[:2, 3]))
         angle = tilt_between(pose, goal) if plan.spun else turn_of(goal[:3, :3].T @ pose[:3, :3])
-        return Placed(index, name, plan.aside, error, angle, pose, seconds)
+        trouble, on = self.watch.place(index, goal, TABLE if plan.aside else self._support(index))
+        return Placed(index, name, plan.aside, error, angle, pose, seconds, trouble, on=on)
+
+    def _support(self, index: int) -> int | None:
+        """Return what an object rests on at its goal: another one, `TABLE`, or `None` where the scene does not tell."""
+        if self.stands_on[index] is not None or index in self.search.rules.into:
+            return self.stands_on[index]
+        bottom = bottom_at(self.goal_from_initial[index], self.start_clouds[index], self.start_bottoms[index])
+        return TABLE if bottom < ON_TABLE else None

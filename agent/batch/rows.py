@@ -5,11 +5,13 @@ array, or a table whose first line names the columns. A name that ends in .jsonl
 .csv or .tsv a table. Blank lines and lines that begin with "#" are left out.
 
 A JSON row is a string, the instruction, or an object with these keys, which are the columns of a table, too; only
-`text` is required, and `null` or an empty cell counts as missing:
+`text` is required, and `null` or an empty cell counts as missing. An id names a folder on any disk: upper and lower case
+count as the same, and names of devices such as "con" are refused. A row without an id has that of its line, such as
+"line-007", or in an array of its place, such as "row-007":
 
 | key | value |
 |---|---|
-| `id` | 1 to 80 letters, digits, ".", "_" and "-", the first no sign; by default "line-007" or "row-007" |
+| `id` | 1 to 80 letters a-z, digits, ".", "_", "-"; begins with a letter or digit, ends without "." |
 | `text` | the instruction |
 | `scene`, `objects`, `model`, `weights`, `seed`, `execute` | as the flags of `run`; by default the batch's own flags |
 | `parser`, `viewpoint`, `encoder`, `llm_model`, `llm_url` | likewise |
@@ -40,7 +42,9 @@ _SETTINGS = {setting.name: setting for setting in SETTINGS if setting.name != "w
 KEYS = ("id", "text", *_SETTINGS)
 _PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any other illegal value is wrong usage
 _READING = ("parser", "viewpoint", "encoder", "llm_model", "llm_url")
-ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,79}")
+ID = re.compile(r"(?=.{1,80}$)[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9_-])?")
+# Names of devices, with any ending, where Windows or one of its disks holds the folder.
+_DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 _PROMISED = {".jsonl": JSON, ".ndjson": JSON, ".json": JSON, ".csv": TABLE, ".tsv": TABLE}
 _KIND = {str: "a string", int: "a whole number", bool: "true or false"}
 
@@ -157,6 +161,7 @@ def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
 def _json_excerpt(value: Any) -> str:
     """Return a value as JSON, shortened if it is long."""
     text = json.dumps(value, ensure_ascii=False)
+    text = "".join(c if c.isprintable() else c.encode("ascii", "backslashreplace").decode() for c in text)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -202,9 +207,10 @@ class _Reader:
         if not isinstance(given, str) or not ID.fullmatch(given):
             raise BadInput(
                 f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a string of 1 to 80 "
-                "letters "
-                'a-z, digits, ".", "_" and "-", the first a letter or a digit'
+                'letters a-z, digits, ".", "_" and "-", the first a letter or a digit, the last no "."'
             )
+        if _DEVICE.fullmatch(given):
+            raise BadInput(f"the id cannot be {_json_excerpt(given)}, because some systems give no folder that name")
         if given != own and self._default_id.fullmatch(given):
             raise BadInput(
                 f"the id {_json_excerpt(given)} is reserved for rows without one; this row would be "

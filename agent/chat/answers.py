@@ -197,7 +197,7 @@ def _object(act: Act, known: Knowledge) -> str:
     found = known.matching(act.about)
     if not found:
         return _not_there(act, known)
-    lines = [f"{one.display_name}: about {sides_in_words(one)}, {_in_hand(one, known)}." for one in found]
+    lines = [f"{one.described}: about {sides_in_words(one)}, {_in_hand(one, known)}." for one in found]
     return "\n".join(map(capitalized, lines))
 
 

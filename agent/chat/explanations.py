@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from agent.chat.knowledge import DECIDE, Knowledge, next_step
 from agent.chat.state import Build, Situation
-from agent.chat.table_facts import format_coordinates, join_words, place_in_words, with_article
-from agent.rendering.text import number
+from agent.chat.table_facts import join_words, place_in_words, with_article
+from agent.rendering.text import number, place
 from agent.reporting.event_text import shortcoming
 from grounding.dialogue.acts import Act
 from grounding.goals.description import describe_part
@@ -44,9 +44,9 @@ def explain_choice(act: Act, known: Knowledge) -> str:
         return f"There is no candidate {rank}; there are 1 to {len(candidates)}."
     mine, best = candidates[rank - 1], candidates[0]
     factors = join_words([f"{name} {number(value, 2)}" for name, value in mine.scores.items() if name != "total"])
-    place = "the best" if rank == 1 else f"number {rank}"
+    which = "the best" if rank == 1 else f"number {rank}"
     total = number(mine.scores.get("total"), 2)
-    lines = [f"Candidate {rank} is {place} of {len(candidates)}: its score, {total}, is the product of {factors}."]
+    lines = [f"Candidate {rank} is {which} of {len(candidates)}: its score, {total}, is the product of {factors}."]
     others = [one for one in candidates[: _OTHERS_SHOWN + 1] if one is not mine and one is not best][:_OTHERS_SHOWN]
     if mine is not best:
         lines.append(f"Against the best, candidate 1: {shortcoming(mine.scores, best.scores)}.")
@@ -64,8 +64,9 @@ def describe_plan(act: Act, known: Knowledge) -> str:
     about = {fact.name for fact in known.matching(act.about)} if act.kind == "next" and act.about else set()
     for goal in situation.proposal.chosen.goals:
         if not about or goal["name"] in about:
-            place = place_in_words(goal["position"], known.seen.table, situation.viewpoint)
-            lines.append(f"  {with_article(goal['name'])} goes {place}: {format_coordinates(goal['position'])}")
+            words = place_in_words(goal["position"], known.seen.table, situation.viewpoint)
+            where = place(goal["position"], situation.viewpoint)
+            lines.append(f"  {with_article(goal['name'])} goes {words}: {where}")
     return "\n".join((*lines, f"Nothing moves until you agree: {DECIDE}."))
 
 

@@ -13,9 +13,9 @@ from shapely.geometry.base import BaseGeometry
 
 from agent import events
 from agent.arm.placement_order import stands_above
-from agent.event_base import json_value
 from agent.perception.color_names import color_word_in_picture
 from agent.perception.description import oriented_box, shape_words
+from agent.rendering.text import place
 from agent.reporting.event_text import describe_object
 from grounding.dialogue.act_words import COLORS
 from grounding.references.function_words import ORDINALS
@@ -47,6 +47,7 @@ class Fact:
         outline: its outline from above, world frame, metres.
         on: the name of the object that it stands on, or empty.
         confidence: in its noun, if that comes from the picture.
+        viewpoint: the speaker's, "robot" or "opposite".
     """
 
     name: str
@@ -59,6 +60,7 @@ class Fact:
     outline: BaseGeometry
     on: str = ""
     confidence: float | None = None
+    viewpoint: str = "robot"
 
     @property
     def label(self) -> str:
@@ -67,9 +69,14 @@ class Fact:
 
     @property
     def where(self) -> str:
-        """Return its place in words and coordinates."""
+        """Return its place in words and centimetres."""
         on = f"on {with_article(self.on)}, " if self.on else ""
-        return f"{on}{self.place}: {format_coordinates(self.position)}"
+        return f"{on}{self.place}: {place(self.position, self.viewpoint)}"
+
+    @property
+    def described(self) -> str:
+        """Return its name with all the words that describe it: "cup 2, red, tall", "object 2 (mug, 0.93), red"."""
+        return ", ".join((self.label, *self.display_name.split(", ")[1:]))
 
 
 def with_article(name: str) -> str:
@@ -91,14 +98,15 @@ def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]
     standing_on = _supports(clouds, outlines)
     facts = []
     for index, (one, cloud) in enumerate(zip(seen.objects, clouds, strict=True)):
-        display_name = describe_object(json_value(one))
+        known = {"name": one.name, "display_name": one.display_name, "color_name": one.color_name}
+        display_name = one.display_name if one.confidence is not None else describe_object(known)
         color = next((word for word in _words(display_name) if word in COLORS), "") or _color(cloud, seen.scene)
         words = [word for word in (color, *shapes[index]) if word and word not in _words(display_name)]
         facts.append(
             Fact(
                 one.name, one.category, ", ".join((display_name, *words)), color, one.position, sides[index],
                 place_in_words(one.position, seen.table, viewpoint), outlines[index], standing_on[index],
-                one.confidence,
+                one.confidence, viewpoint,
             )  # fmt: skip
         )
     return facts
@@ -156,12 +164,6 @@ def place_in_words(position: Sequence[float], table: Sequence[float], viewpoint:
     if (across, deep) == ("center", "halfway back"):
         return "in the middle of the table"
     return f"{'in' if across == 'center' else 'on'} the {across}, {deep}"
-
-
-def format_coordinates(position: Sequence[float]) -> str:
-    """Format a position, as in "x 0.32 m, y -0.21 m", without negative zeros."""
-    x, y = (round(float(value), 2) + 0.0 for value in position[:2])
-    return f"x {x:.2f} m, y {y:.2f} m"
 
 
 def count_by_noun(facts: Sequence[Fact]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -110,7 +109,7 @@ def batch(
         if json_output:
             print(json.dumps(summary.to_dict(), indent=1, ensure_ascii=False), file=results)
         else:
-            summary.print_table(results, shutil.get_terminal_size().columns if results.isatty() else None)
+            summary.print_table(results)
     if summary.failures:
         print_error(f"{len(summary.failures)} of {len(summary.results)} rows failed")
         raise typer.Exit(summary.exit_code)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.arm.events import ArmEvent, Picked, Placed, Planned
+from agent.arm.events import ArmEvent, Picked, Placed, Planned, StandingChanged
 from agent.event_base import Event
 from agent.live_view.scene_messages import (
     arm_message,
@@ -38,7 +38,8 @@ class Progress:
 
     Attributes:
         stage: what is being done or, in the end, how it ended.
-        placed, motions: the motions of the arm that are done, and all that were planned; 0 before there is a plan.
+        placed, motions: the motions of the arm that are done, less the objects that do not stand as placed, and all
+            that were planned; 0 before there is a plan.
         outcome: "success" or "failure" in the end, otherwise empty.
     """
 
@@ -65,7 +66,8 @@ class LiveView:
         self._seen: Mapping[str, np.ndarray] = {}
         self._shown: events.Proposed | None = None
         self._rank = 0
-        self._progress = Progress()
+        self._progress = self._waited_with = Progress()
+        self._done, self._down = 0, set[str]()  # motions of the arm, and what does not stand as placed
         self._next_poses = self._next_preview = 0.0
 
     def on_event(self, event: Event) -> None:
@@ -82,6 +84,8 @@ class LiveView:
                 self._propose(event, 1)
             case events.Chosen():
                 self._choose(event.rank)
+            case events.Asked():
+                self._forget_proposal()  # it is no longer what is talked about
             case events.Pictured():
                 self._server.publish("picture", picture_message(event.image, event.caption))
             case ArmEvent():
@@ -112,7 +116,8 @@ class LiveView:
         if conversation.table is not self._table:
             self.on_table(conversation.table)
         self._show_poses()
-        proposal = conversation.situation.proposal
+        self._forget_outcome()
+        proposal = None if conversation.question is not None else conversation.situation.proposal
         if proposal is None:
             self._forget_proposal()
         elif proposal.proposed is not self._shown:
@@ -165,6 +170,13 @@ class LiveView:
 
     # --- progress ----------------------------------------------------------------------------
 
+    def _forget_outcome(self) -> None:
+        """Drop how a turn ended when the next one has ended too without any progress of its own."""
+        if self._progress is self._waited_with and self._progress.outcome:
+            self._progress = Progress()
+            self._server.publish("progress", asdict(self._progress))
+        self._waited_with = self._progress
+
     def _follow(self, event: Event) -> None:
         now = self._progress
         match event:
@@ -179,17 +191,26 @@ class LiveView:
             case events.Asked():
                 now = replace(now, stage="a question is open")
             case Planned():
+                self._done, self._down = 0, set()
                 now = Progress("building", 0, len(event.order))
             case Picked():
-                now = replace(now, stage=f"{event.name} is in the hand", motions=max(now.motions, now.placed + 1))
+                now = replace(now, stage=f"{event.name} is in the hand", motions=max(now.motions, self._done + 1))
             case Placed():
+                self._done += 1
+                now = self._stands(now, event.name, not event.trouble)
                 how = "is out of the way" if event.aside else "is in its place"
-                placed = now.placed + 1
-                now = replace(now, stage=f"{event.name} {how}", placed=placed, motions=max(now.motions, placed))
+                stage = f"{event.name} {how}" if not event.trouble else f"{event.name} does not stand: it {event.trouble}"
+                now = replace(now, stage=stage, motions=max(now.motions, self._done))
+            case StandingChanged():
+                now = self._stands(now, event.name, event.stands)
+                how = "stands again" if event.stands else f"stands no longer: it {event.trouble}"
+                now = replace(now, stage=f"{event.name} {how} since {event.during}")
             case events.Checked():
                 now = replace(now, stage="checked")
             case events.Restored():
                 now = Progress()
+            case events.Commanded() | events.Answered() if now.outcome:
+                now = Progress()  # the next turn begins
             case events.Failed():
                 now = replace(now, stage=event.message, outcome="failure")
             case events.Finished() if event.success:
@@ -197,3 +218,8 @@ class LiveView:
         if now != self._progress:
             self._progress = now
             self._server.publish("progress", asdict(now))
+
+    def _stands(self, now: Progress, name: str, stands: bool) -> Progress:
+        """Return the progress with one object that stands as placed, or not."""
+        self._down = self._down - {name} if stands else self._down | {name}
+        return replace(now, placed=max(0, self._done - len(self._down)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.arm.events import Picked, Placed, PlaceFailed, PlanFailed, Planned
+from agent.arm.events import Picked, Placed, PlaceFailed, PlanFailed, Planned, StandingChanged
 from agent.arm.placement_rules import PlacementRules, moving
 from agent.errors import ExecutionFailed
 from agent.event_base import Event
@@ -99,6 +99,8 @@ class _BuildProgress:
     Attributes:
         index: of the arrangement that is being built.
         placed: the indices of the objects that were placed; one that was pushed away may be placed twice.
+        down: object -> what happened to one that was placed and does not stand as placed, in a sentence.
+        supports: object -> the one, or `TABLE`, that it was to rest on, of those that were placed.
         trouble: why something could not be placed, in a sentence.
     """
 
@@ -118,6 +120,51 @@ class _BuildProgress:
         self._from_seen = {name: np.linalg.inv(pose) for name, pose in seen_at.items()}
         self.index, self.trouble = 0, "no arrangement could be planned"
         self.placed: list[int] = []
+        self.down: dict[int, str] = {}
+        self.supports: dict[int, int | None] = {}
+
+    def _follow(self, event: Event) -> None:
+        """Keep count of what was placed and stands."""
+        match event:
+            case PlaceFailed():
+                self.trouble = f"{event.name} could not be placed: {event.reason}"
+            case Placed():
+                self.down.pop(event.object, None)
+                self.supports[event.object] = self._index_of(event.on)
+                if event.trouble:
+                    self.down[event.object] = f"{event.name} {event.trouble} since it was placed"
+                if not event.aside:
+                    self.placed.append(event.object)
+            case StandingChanged(stands=True):
+                self.down.pop(event.object, None)
+            case StandingChanged():
+                self.down[event.object] = f"{event.name} {event.trouble} since {event.during}"
+
+    def _index_of(self, support: str) -> int | None:
+        """Return what an object rests on, as the world counts it; `None` where it is not known."""
+        from structdiffusion.simulation.world import TABLE
+
+        if support == "the table":
+            return TABLE
+        return self._table.names.index(support) if support else None
+
+    def changed(self, moved: Sequence[int], world_from_goal: np.ndarray) -> Iterator[StandingChanged]:
+        """Yield which of the moved objects stand otherwise than when the arm was done, against their goals (N, 4, 4)."""
+        from structdiffusion.protocol.standing import standing, support_name
+
+        for index in moved:
+            support = self.supports.get(index)
+            way = standing(self._table.world, index, world_from_goal[index], support)
+            if way.stands == (index in self.down):
+                trouble = way.trouble(support_name(support, self._table.names))
+                event = StandingChanged(index, self._table.names[index], way.stands, trouble, "the arm was done")
+                self._follow(event)
+                yield event
+
+    @property
+    def fallen(self) -> str:
+        """Say what was placed and does not stand, one after another; empty if everything does."""
+        return "; ".join(self.down.values())
 
     def with_context(self, event: Event) -> Iterator[Event]:
         """Yield an event of the arm, with the choice before it and the picture after it."""
@@ -130,12 +177,10 @@ class _BuildProgress:
         if isinstance(event, Planned | PlanFailed):
             event = replace(event, arrangement=self._ranks[event.arrangement] - 1)
         yield event
-        if isinstance(event, PlaceFailed):
-            self.trouble = f"{event.name} could not be placed: {event.reason}"
+        self._follow(event)
         if isinstance(event, Picked) and self._reel is not None and (picture := self._reel.draw()) is not None:
             yield events.Pictured(f"placement-{len(self.placed) + 1}-picked", f"{event.name} in the hand", picture)
         if isinstance(event, Placed) and not event.aside:
-            self.placed.append(event.object)
             number = len(self.placed)
             caption = f"after placement {number}: {event.name}"
             yield self.pictured(f"placement-{number}-after", caption)
@@ -180,21 +225,30 @@ def _judge(
     world_from_goal: np.ndarray,
     progress: _BuildProgress,
 ) -> Iterator[Event]:
-    from agent.pipeline.verdict import judge_built, judge_goal
+    from agent.pipeline.verdict import STANDING, judge_built, judge_goal
 
     began = time.perf_counter()
     last = "the scene in the end, through the camera"
     if not_placed := set(to_move) - set(progress.placed):
         yield progress.pictured(LAST_PICTURE, last)
-        done = len(to_move) - len(not_placed)
-        raise ExecutionFailed(f"{done} of {len(to_move)} objects were placed: {progress.trouble}")
+        stand = len(set(to_move) - not_placed - progress.down.keys())
+        what = "were placed" if not progress.down else "stand as placed"
+        raise ExecutionFailed(
+            f"{stand} of {len(to_move)} objects {what}: {'; '.join(filter(None, (progress.trouble, progress.fallen)))}"
+        )
     if isinstance(wanted, TableGoal):
-        failure, checks = judge_goal(table.world, table.names, to_move, world_from_goal[list(to_move)], wanted)
+        failure, checks = judge_goal(
+            table.world, table.names, to_move, world_from_goal[list(to_move)], wanted, progress.supports
+        )
     else:
-        failure, checks = judge_built(table.world, range(table.count), world_from_goal, wanted)
+        failure, checks = judge_built(table.world, range(table.count), world_from_goal, wanted, progress.supports)
+    yield from progress.changed(to_move, world_from_goal)
     yield progress.pictured(LAST_PICTURE, last)
-    failed = next((check for check in checks if not check.passed), None)
-    detail = f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}" if failed else "everything stands as asked"
+    detail = "everything stands as asked"
+    if failed := next((check for check in checks if not check.passed), None):
+        why = progress.fallen or f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}"
+        stand = next(check for check in checks if check.name == STANDING)
+        detail = why if stand.passed else f"{stand.measured:g} of {stand.limit} objects stand as placed: {why}"
     yield events.Checked(
         failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies, table.count,
         tuple(table.missing),

@@ -61,6 +61,9 @@ def perceived_event(scene: Scene, seconds: float, table: TableScene | None = Non
     """Make the event of an observation, with the descriptions and notes of `table` if given."""
     display_names = {} if table is None else dict(zip(table.names, table.display_names, strict=True))
     colors = {} if table is None else dict(zip(table.names, table.color_names, strict=True))
+    clouds = (*scene.objects, *scene.distractors)
+    every_name = [cloud.name for cloud in clouds] if table is None else table.original_names
+    numbers = {name: number for number, name in enumerate(every_name, start=1)}
     seen = [
         events.SeenObject(
             cloud.name,
@@ -73,8 +76,9 @@ def perceived_event(scene: Scene, seconds: float, table: TableScene | None = Non
             display_names.get(cloud.name, cloud.name),
             colors.get(cloud.name, ""),
             None if table is None else table.confidences.get(cloud.name),
+            numbers[cloud.name],
         )
-        for number, cloud in enumerate((*scene.objects, *scene.distractors))
+        for number, cloud in enumerate(clouds)
     ]
     top = scene.table
     rectangle = (top.x_min, top.x_max, top.y_min, top.y_max)

@@ -15,12 +15,11 @@ import numpy as np
 
 from agent.rendering.palette import FAINT, RGB, color_of
 
-_NUMBERED = re.compile(r"object ([1-9]\d{0,2})")
+_NUMBERED = re.compile(r".* ([1-9]\d{0,2})")
 _DOT = 0.02  # m: the side of an object whose cloud spans no area
 _HIGHER = 0.01  # m: so much higher is the cloud's mean of what stands on something
 _LIFTED = 0.005  # m: so much an arrangement lifts what it stacks
-_TAKING_PART = string.digits[1:] + string.ascii_uppercase
-_STAYING = string.ascii_lowercase
+_LETTERS, _NUMBERS = string.ascii_letters.swapcase(), string.digits[1:] + string.ascii_uppercase
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Marker:
     """One object as it is drawn.
 
     Attributes:
-        letter: the character that stands on it.
+        letter: the character that stands on it: the same in every picture of the table, whatever takes part.
         label: its name.
         outline: (K, 2) its corners seen from above, world frame.
         color: RGB, its own.
@@ -71,20 +70,18 @@ def markers_of_candidate(
     stay = [seen for seen in scene["objects"] if not seen["takes_part"]]
     angles = turns if len(turns) else [0.0] * len(part)
     on_another = _on_another(scene["objects"])
-    number_of = _numbers(scene["objects"])
+    letter_of = _letters(scene["objects"])
     placed = []
     for index, (seen, goal, turn) in enumerate(zip(part, positions, angles, strict=True)):
         color = color_of(index, seen.get("color"))
-        letter = _letter(_TAKING_PART, number_of.get(seen["name"], index))
-        marker = Marker(letter, seen["name"], _moved(seen, goal, turn), color, False)
+        marker = Marker(letter_of[seen["name"]], seen["name"], _moved(seen, goal, turn), color, False)
         # What an arrangement pushes over another without lifting it collides with it, and stands on the table.
         lifted = goal[2] - seen["position"][2] > _LIFTED or seen["name"] in on_another
         placed.append((float(goal[2]), marker, lifted))
     staying = []
     for index, seen in enumerate(stay):
         color = color_of(index, seen.get("color") or FAINT)
-        letter = _letter(_STAYING, number_of.get(seen["name"], index))
-        marker = Marker(letter, seen["name"], _outline(seen), color, True)
+        marker = Marker(letter_of[seen["name"]], seen["name"], _outline(seen), color, True)
         staying.append((float(seen["position"][2]), marker, seen["name"] in on_another))
     return _stacked(sorted(staying + placed, key=lambda entry: entry[0]))
 
@@ -141,14 +138,20 @@ def stack_sentence(stack: Sequence[Marker]) -> str:
     return ", ".join(f"{marker.letter} on {letter_of[marker.below]}" for marker in stack if marker.below)
 
 
-def _numbers(objects: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-    """Return the places of objects by their numbers in a recording: "object 3" has place 2, whichever objects take
-    part.
+def _letters(objects: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """Return the character of each object by its name.
 
-    Empty where objects have names of other kinds.
+    It is the number in its name, as in "object 3", where no two names have the same; what has none gets a small letter.
+    Otherwise all get capital letters by their places on the table: "box 2" has no number besides that in its name.
     """
-    numbered = {seen["name"]: _NUMBERED.fullmatch(seen["name"]) for seen in objects}
-    return {name: int(match[1]) - 1 for name, match in numbered.items() if match} if all(numbered.values()) else {}
+    matches = {seen["name"]: _NUMBERED.fullmatch(seen["name"]) for seen in objects}
+    numbers = {name: int(match[1]) for name, match in matches.items() if match}
+    places = {seen["name"]: seen.get("number") or index for index, seen in enumerate(objects, start=1)}
+    if not numbers or len(set(numbers.values())) < len(numbers):
+        return {name: _letter(_LETTERS, place - 1) for name, place in places.items()}
+    others = sorted(matches.keys() - numbers.keys(), key=places.__getitem__)
+    of_others = {name: _letter(string.ascii_lowercase, index) for index, name in enumerate(others)}
+    return of_others | {name: _letter(_NUMBERS, number - 1) for name, number in numbers.items()}
 
 
 def _letter(letters: str, index: int) -> str:

@@ -25,6 +25,7 @@ _BRIGHT_OF_SIXTEEN = (3, 6, 7, 9, 10, 11, 13, 14, 15)  # what black is read on
 _HUES_OF_SIXTEEN = ((20, 1), (50, 3), (70, 11), (165, 2), (200, 6), (255, 4), (335, 5), (361, 1))  # up to degrees
 _GRAY, _NEARLY_BLACK, _NEARLY_WHITE = 0.22, 0.25, 0.75  # saturation and values
 _HATCHED = 0.65  # of the wood in every second pixel of what takes no part
+_STAYS = ":"  # drawn without colour
 _ROBOT = " robot "  # on the edge, where it stands
 _SAMPLES = 4  # along each side of a pixel
 _COVERED = 0.4  # of a pixel, from which on it is the object's: a fork is narrower than most pixels
@@ -42,7 +43,7 @@ def colors_of(console: Console) -> int:
 def picture(markers: Sequence[Marker], table: Sequence[float], columns: int, colors: int) -> list[Text]:
     """Draw the table and its objects from above.
 
-    Every object has its own colour; distractors are hatched and have a small letter. The letter is in the
+    Every object has its own colour; distractors are hatched, without colour drawn as colons. The letter is in the
     middle of the object; that of an object underneath another is below the other's. The letter of an object that is off
     the table is on the table's edge.
 
@@ -171,7 +172,8 @@ def _plain(
 ) -> list[Text]:
     width = owner.shape[1]
     cells = [["+", *"-" * width, "+"]]
-    cells += [["|", *("." if one < 0 else markers[one].letter for one in line), "|"] for line in owner]
+    drawn = [*(_STAYS if marker.faint else marker.letter for marker in markers), "."]  # the table's number is -1
+    cells += [["|", *(drawn[one] for one in line), "|"] for line in owner.tolist()]
     cells += [["+", *(robot.get(column, "-") for column in range(width)), "+"]]
     for (row, column), index in letters.items():
         cells[row + 1][column + 1] = markers[index].letter
@@ -283,12 +285,17 @@ def cut(line: str | Text, columns: int) -> Text:
 
 
 def legend(markers: Sequence[Marker], width: int, colors: int) -> list[Text]:
-    """List which letter is which object, in the letters' order, in lines of at most `width` columns."""
+    """List which letter is which object, in the letters' order, in lines of at most `width` columns.
+
+    Without colour, what takes no part is in brackets.
+    """
     lines = [Text(no_wrap=True)]
     for marker in sorted(markers, key=lambda marker: marker.letter):
         entry = Text()
         entry.append(f" {marker.letter} " if colors else marker.letter, chip(marker.color, colors) if colors else None)
         entry.append(f" {marker.label}", "dim" if marker.faint and colors else None)
+        if marker.faint and not colors:
+            entry = Text(f"({entry.plain})")
         entry = cut(entry, width)
         if lines[-1].cell_len and lines[-1].cell_len + _GAP + entry.cell_len > width:
             lines.append(Text(no_wrap=True))

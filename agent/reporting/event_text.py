@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from agent.rendering.text import duration, number, place, slot_label
+from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 
 
 def describe_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
@@ -19,9 +20,14 @@ def describe_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
 
 
 def describe_object(one: Mapping[str, Any]) -> str:
-    """Return the name of an object that was seen, with its description or its colour: "object 3, red, tall"."""
+    """Return the name of an object that was seen, with its description or its colour: "object 3, red, tall".
+
+    What the picture takes it for follows its name, as in "object 3 (mug, 0.93), red": everything else calls it by that.
+    """
     display_name, color = one.get("display_name") or "", one.get("color_name") or ""
-    if display_name.startswith(f"{one['name']},") or one.get("confidence") is not None:
+    if one.get("confidence") is not None:
+        return ", ".join((f"{one['name']} ({one['category']}, {one['confidence']:.2f})", *display_name.split(", ")[1:]))
+    if display_name.startswith(f"{one['name']},"):
         return display_name
     return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
 
@@ -35,8 +41,10 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
     """
     match payload["kind"]:
         case "planned":
+            moves = list(zip(payload["order"], payload["grasps"], strict=True))
             order = ", then ".join(
-                f"{names[index]} ({grasp})" for index, grasp in zip(payload["order"], payload["grasps"], strict=True)
+                f"{names[index]} ({grasp}{', set aside' if index in payload['order'][step:] else ''})"
+                for step, (index, grasp) in enumerate(moves, start=1)
             )
             return f"planned candidate {payload['arrangement'] + 1} in {duration(payload['seconds'])}: {order}"
         case "plan_failed":
@@ -52,13 +60,12 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
         case "pick_failed":
             attempt = f"grasp: {payload['grasp']}, attempt {payload['attempt']}"
             return f"could not pick {payload['name']} ({attempt}): {payload['reason']}"
-        case "placed" if payload["aside"]:
-            return f"moved {payload['name']} out of the way, {duration(payload['seconds'])}"
         case "placed":
-            return (
-                f"placed {payload['name']}: {number(100 * payload['position_error_m'])} cm and "
-                f"{number(math.degrees(payload['angle_error_rad']))} deg from its goal, {duration(payload['seconds'])}"
-            )
+            return f"{_placed(payload)}, {duration(payload['seconds'])}"
+        case "standing_changed" if payload["stands"]:
+            return f"{payload['name']} stands as placed again, since {payload['during']}"
+        case "standing_changed":
+            return f"{payload['name']} stands no longer: it {payload['trouble']} since {payload['during']}"
         case "place_failed":
             return f"could not place {payload['name']}: {payload['reason']}"
         case "stopped":
@@ -68,6 +75,18 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
             return f"stopped {hand}; the arm {'has folded' if payload['folded'] else 'stays where it is'}"
         case kind:
             return kind.replace("_", " ")
+
+
+def _placed(payload: Mapping[str, Any]) -> str:
+    """Describe a placement: how near to the goal, or why the object does not stand, and why it was moved again."""
+    again = f", which {payload['again']}" if payload["again"] else ""
+    if payload["aside"]:
+        fell = f", where it {payload['trouble']}" if payload["trouble"] else ""
+        return f"moved {payload['name']}{again} out of the way{fell}"
+    if payload["trouble"]:
+        return f"released {payload['name']}{again}, but it does not stand: it {payload['trouble']}"
+    off = f"{number(100 * payload['position_error_m'])} cm and {number(math.degrees(payload['angle_error_rad']))} deg"
+    return f"placed {payload['name']}{again}: {off} from its goal"
 
 
 def _slip(metres: float, radians: float) -> str:
@@ -97,6 +116,23 @@ def verdict_sentence(payload: Mapping[str, Any]) -> str:
     else:
         asked = "It stands as asked" if built else "The goal holds as asked"
     return f"{asked}." if built else f"{asked} when released without the arm; the table is unchanged."
+
+
+def trial_note(payload: Mapping[str, Any]) -> str:
+    """Say what a trial without the arm shows and what not, for an event "checked"; empty for what the arm built."""
+    if payload["how"] == "arm":
+        return ""
+    bodies = payload.get("on", "the true objects")
+    note = (
+        f"The trial lets {bodies} go {100 * RELEASE_HEIGHT:g} cm above their goals in physics, one after another; "
+        "whether the arm can reach and grasp them is not tried."
+    )
+    if payload["failure_class"] == "intersection":
+        note += (
+            " The goal itself may not reach into anything here, by the protocol; the arm lets go at the same height, and "
+            "may build it nonetheless."
+        )
+    return note
 
 
 def check_sentence(check: Mapping[str, Any]) -> str:

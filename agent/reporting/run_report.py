@@ -1,6 +1,6 @@
 """Record everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
 
-`report.json`, schema version 5; every key is always present, `null` or empty if the run did not get that far:
+`report.json`, schema version 6; every key is always present, `null` or empty if the run did not get that far:
 
 | key | value |
 |---|---|
@@ -21,7 +21,9 @@
 Lengths in metres, angles in radians, times in seconds. Schema version 2 has `remarks`, outlines, colours, turns and the
 film, and its pictures are WebP files, where those of version 1 were PNG. In version 3 the `display_name` of an object
 is what was `called` before. Version 4 has `goal` and `parts`. In version 5 `proposals`, the step `propose` and the
-score `rollout` replace `imagination`, `imagination` and `imagined`, and `verdict` has `count` and `left_out`.
+score `rollout` replace `imagination`, `imagination` and `imagined`, and `verdict` has `count` and `left_out`. In
+version 6 `placed` says whether the object stands (`trouble`), why it was moved `again` and what it was to rest `on`,
+`standing_changed` what fell later, and an object of the scene has its `number` on the table, from 1.
 """
 
 from __future__ import annotations
@@ -39,11 +41,10 @@ from agent.reporting.html.document import run_page
 from agent.reporting.html.turn import Turn
 from agent.reporting.session_log import RUN_SESSION, SessionWriter
 from agent.reporting.table_model import TableModel
-from agent.runtime.atomic_files import write_all_whole
-from agent.runtime.output_ownership import files_written, mark
+from agent.runtime.output_ownership import files_written, mark, own_folder
 from agent.runtime.redaction import without_credentials
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 _REMARKS = ("asked", "answered", "noted", "commanded", "restored")
 
 
@@ -166,14 +167,14 @@ class RunRecord:
         files: dict[str, bytes | str] = {f"{name}.{FORMAT}": content for name, content in self.pictures.items()}
         files |= {"report.json": self.json() + "\n", "report.html": run_page(self.turn)}
         try:
-            earlier = files_written(folder, "run")
-            session = earlier & {RUN_SESSION}
-            folder.mkdir(parents=True, exist_ok=True)
-            mark(folder, "run", earlier | files.keys())
-            write_all_whole(folder, files)
-            for name in earlier - files.keys() - session:
-                (folder / name).unlink(missing_ok=True)
-            mark(folder, "run", session | files.keys())
+            with own_folder(folder, "run") as place:
+                earlier = files_written(place, "run")
+                session = earlier & {RUN_SESSION}
+                mark(place, "run", earlier | files.keys())
+                place.write(files)
+                for name in earlier - files.keys() - session:
+                    place.remove(name)
+                mark(place, "run", session | files.keys())
         except OSError as error:
             raise NotWritten(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
         return folder / "report.html"

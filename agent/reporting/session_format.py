@@ -2,7 +2,7 @@
 
 The first line describes the session; it is repeated where a later process continues the file:
 
-    {"schema_version": 5, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
+    {"schema_version": 6, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
 
 Every other line is an event (its payload, see `agent.event_base`), a picture, or a part of the table in 3D (see
 `agent.reporting.table_model`); `seconds` count from the latest start:
@@ -14,7 +14,9 @@ Every other line is an event (its payload, see `agent.event_base`), a picture, o
 An event `started` begins a turn. In version 1 the `display_name` of an object was called `called`. Up to version 2
 every goal was one structure: the event `parsed` had no `goal`, `parts` and `objects`, and `restored` no `parts`. Up to
 version 3 the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score
-`rollout` was called `imagined`; `checked` had no `count` and no `left_out`. Up to version 4 there was no table in 3D.
+`rollout` was called `imagined`; `checked` had no `count` and no `left_out`. Up to version 4 there was no table in 3D. Up to version 5 the event `placed`
+did not say whether the object stands (`trouble`), why it was moved `again`, and what it was to rest `on`, and a seen
+object had no `number`.
 """
 
 from __future__ import annotations
@@ -26,8 +28,8 @@ from typing import Any
 from grounding.goals.goal import Goal
 from grounding.spec import SLOTS, SpecError
 
-SCHEMA_VERSION = 5
-READABLE_VERSIONS = (1, 2, 3, 4, 5)
+SCHEMA_VERSION = 6
+READABLE_VERSIONS = (1, 2, 3, 4, 5, 6)
 
 
 def encode_line(entry: Mapping[str, Any]) -> bytes:
@@ -61,8 +63,10 @@ def upgrade_payload(payload: Any, schema_version: int) -> Any:
         return payload
     payload = _with_proposals(payload)
     match payload.get("kind"):
-        case "perceived" if schema_version == 1 and isinstance(payload.get("objects"), list):
+        case "perceived" if isinstance(payload.get("objects"), list):
             return payload | {"objects": [_with_display_name(one) for one in payload["objects"]]}
+        case "placed":
+            return {"trouble": "", "again": "", "on": ""} | payload
         case "parsed" if schema_version <= 2:
             return {"goal": _goal_of_slots(payload.get("spec")), "parts": [], "objects": []} | payload
         case "restored" if schema_version <= 2:
@@ -108,6 +112,6 @@ def _goal_of_slots(spec: Any) -> dict[str, Any]:
 
 
 def _with_display_name(seen: Any) -> Any:
-    if not isinstance(seen, dict) or "called" not in seen:
+    if not isinstance(seen, dict):
         return seen
-    return {("display_name" if key == "called" else key): value for key, value in seen.items()}
+    return {"number": 0} | {("display_name" if key == "called" else key): value for key, value in seen.items()}

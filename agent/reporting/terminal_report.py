@@ -18,6 +18,7 @@ from agent.reporting.event_text import (
     parse_notes,
     part_lines,
     remark_sentence,
+    trial_note,
     verdict_sentence,
     verdict_title,
 )
@@ -123,3 +124,5 @@ class TerminalReport:
         sentence = escape(verdict_sentence(payload))
         style, end = ("bold green", "") if payload["success"] else ("bold red", ".")
         self._say(f"  [{style}]{sentence}{end}[/{style}]")
+        if note := trial_note(payload):
+            self._line(note)

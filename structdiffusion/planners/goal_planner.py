@@ -24,6 +24,7 @@ from structdiffusion.composition.units import Units
 from structdiffusion.observation import Scene, StructureGoal
 from structdiffusion.planners.diffusion import DiffusionPlanner, Preview
 from structdiffusion.planners.geometric import GeometricPlanner
+from structdiffusion.postprocessing.physics_reranking import steadiness
 from structdiffusion.postprocessing.physics_rollout import STACKED, PhysicsRollout
 from structdiffusion.protocol.goal_keys import Grouping
 from structdiffusion.protocol.goal_semantic import bond_name
@@ -257,11 +258,11 @@ class _Composer:
         motions = rollout.set_down(motions, stays, self.goal)
         stacked = any(motions[i, 2, 3] + self.scene.objects[i].bottom > STACKED for i in placement.motions)
         hypotheses = _HYPOTHESES if stacked else 1
-        stood = 0
+        stood = 0.0
         for hypothesis in range(hypotheses):
             verdict = rollout.verdict(motions, self.goal, hypothesis, stays, sorted(aside), self.grouping.colors)
-            stood += verdict.success
-            if not stood:
+            stood += steadiness(verdict)
+            if not verdict.success and not stood:
                 falls.append(verdict)
                 break
         share = stood / hypotheses

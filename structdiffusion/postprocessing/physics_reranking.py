@@ -25,6 +25,8 @@ _GIVE_UP = 2  # falls of one arrangement, after which no further hypotheses are 
 # Arrangements with all objects on the table, after which no other is tried if none stood: then a completed body falls
 # over wherever it is put, and says nothing about arrangements.
 _HOPELESS = 8
+# Share of the protocol's limits by which a later release may move what stands already, before that costs score.
+_UNFELT = 0.1
 _ROOM = 0.5  # weight of the room to the limits, in shares of hypotheses
 _FALLING = 0.8  # m/s: lowest speed of an object released 3 cm above its place
 _SAME = 0.6  # factor on the priority of a tower for each tower in the same order that fell
@@ -43,6 +45,8 @@ def rerank_by_physics(
     Stacks are tried under several hypotheses about their hidden sides. The order is by the share of hypotheses under
     which an arrangement stood (zero if untried) plus half of its mean room to the limits of the protocol: five of five
     hardly standing rank below four of five with room. Ties are ordered by the total.
+
+    What stands in the end although a later release moved what stood already counts less than one: `steadiness`.
 
     The score is the share, but at least `_FELL` for tried arrangements, and `_UNTRIED` for others; the total is
     multiplied by it. If no arrangement on the table stands, the untried ones are assumed to fall as well.
@@ -106,13 +110,21 @@ def _tried(rollout: PhysicsRollout, motions: np.ndarray, spec: StructureSpec) ->
     """Try an arrangement (N, 4, 4) under one hypothesis after another, and stop after `_GIVE_UP` falls."""
     hypotheses = HYPOTHESES if _stacking(motions) else 1
     rooms: list[float] = []
+    stood = 0.0
     for number in range(hypotheses):
         verdict = rollout.verdict(motions, spec, number)
         rooms.append(_room(verdict) if verdict.success else 0.0)
+        stood += steadiness(verdict)
         if not rooms[0] or rooms.count(0.0) >= _GIVE_UP:
             break
-    stood = sum(room > 0 for room in rooms)
     return _Outcome(stood / hypotheses, sum(rooms) / hypotheses if hypotheses > 1 else 0.0, len(rooms))
+
+
+def steadiness(verdict: Verdict) -> float:
+    """Return 1 for an arrangement that stands, less if what stood already moved during later releases, 0 if it fell."""
+    if not verdict.success:
+        return 0.0
+    return 1.0 - max(0.0, min(1.0, verdict.measured.get("disturbed", 0.0)) - _UNFELT) / (1.0 - _UNFELT)
 
 
 def _room(verdict: Verdict) -> float:

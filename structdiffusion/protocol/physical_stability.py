@@ -57,7 +57,8 @@ class Verdict:
         penetrated: the body that it would penetrate, "table" or the name of an object, or `None`.
         detail: one sentence with the value and its limit.
         checks: the semantic checks; empty when physics failed before.
-        measured: "penetration" (m), "speed" (m/s), "displacement" (m), "tilt" (rad): the largest of each.
+        measured: "penetration" (m), "speed" (m/s), "displacement" (m), "tilt" (rad): the largest of each; "disturbed":
+            by how much of those limits an object that stood already was moved, at most, while later ones were released.
         order: indices of the objects in the order in which they were placed.
         world_from_final: (N, 4, 4) the final poses of the objects; NaN for those never placed.
         seconds: the time that the computation took.
@@ -99,7 +100,10 @@ class _Failure(Exception):
 
 
 def executable_order(
-    models: Sequence[ObjectModel], world_from_goal: np.ndarray, after: Mapping[int, Sequence[int]] | None = None
+    models: Sequence[ObjectModel],
+    world_from_goal: np.ndarray,
+    after: Mapping[int, Sequence[int]] | None = None,
+    far_first: bool = False,
 ) -> tuple[int, ...]:
     """Order objects so that supports come first: by the goal's lowest point, in steps of 1 cm; among equals the widest
     first.
@@ -111,12 +115,16 @@ def executable_order(
         models: the N objects.
         world_from_goal: (N, 4, 4) where each goes.
         after: object -> those that must be placed before it, such as the mug that a spoon goes into.
+        far_first: among equals the farthest first instead.
     """
 
     def rank(index: int) -> tuple[int, float]:
         points = transform_points(world_from_goal[index], np.concatenate(models[index].hulls))
+        lowest = round(float(points[:, 2].min()) / 0.01)
+        if far_first:
+            return lowest, -float(points[:, 0].mean())
         area = round(float(ConvexHull(points[:, :2]).volume), 6)  # rounded, so that equals stay in order
-        return round(float(points[:, 2].min()) / 0.01), -area
+        return lowest, -area
 
     order = sorted(range(len(models)), key=rank)
     if not after:
@@ -165,7 +173,7 @@ def place_and_check(
     models, count = bodies.models, len(bodies.models)
     if world_from_goal.shape != (count, 4, 4):
         raise ValueError(f"the motions of {count} objects are ({count}, 4, 4), got {world_from_goal.shape}")
-    order = _release_order(models, goal_from_initial, world_from_goal, spec)
+    order = _release_order(models, goal_from_initial, world_from_goal, spec, release.far_first)
     stays = [i for i in range(count) if i not in order]
     there = [*bodies.others, *((models[i], world_from_goal[i]) for i in stays)]
     with TabletopWorld(
@@ -204,6 +212,7 @@ def _release_order(
     goal_from_initial: np.ndarray,
     world_from_goal: np.ndarray,
     spec: StructureSpec | Goal,
+    far_first: bool,
 ) -> tuple[int, ...]:
     """Return the objects that are released, supports first: all of a structure, under a goal those that move.
 
@@ -214,7 +223,7 @@ def _release_order(
     if isinstance(spec, Goal):
         after = carried_after(require_indices(spec, len(models)))
         moved = [i for i in moved if not np.allclose(goal_from_initial[i], np.eye(4), atol=_STAYS)]
-    ranks = executable_order([models[i] for i in moved], world_from_goal[moved], _renumbered(after, moved))
+    ranks = executable_order([models[i] for i in moved], world_from_goal[moved], _renumbered(after, moved), far_first)
     return tuple(moved[k] for k in ranks)
 
 
@@ -250,7 +259,8 @@ class _Trial:
         self.names += [self.own_names[i] for i in stays]
         # Number of the object -> its index in the world.
         self.placed: dict[int, int] = {number: len(others) + k for k, number in enumerate(stays)}
-        self.measured = {"penetration": 0.0, "speed": 0.0, "displacement": 0.0, "tilt": 0.0}
+        self.measured = dict.fromkeys(("penetration", "speed", "displacement", "tilt", "disturbed"), 0.0)
+        self._rested = dict(enumerate(self.expected))  # index in the world -> the pose in which it came to rest first
 
     def place(self, numbers: Sequence[int]) -> None:
         """Check the predicted poses, release above them, wait for rest, and check where everything is."""
@@ -262,6 +272,8 @@ class _Trial:
             self.world.set_pose(self.placed[number], above)
         self._run(SETTLE_SECONDS, until_rest=True)
         self.check_places()
+        for index in self.placed.values():
+            self._rested.setdefault(index, self.world.pose(index))
 
     def _add(self, number: int) -> None:
         """Add an object at its predicted pose, where it may penetrate nothing."""
@@ -320,6 +332,9 @@ class _Trial:
             if center[2] < 0 or not on_table:
                 raise self._failure("abnormal velocity", index, "leaves the table")
         poses = self.world.poses()
+        for index, rested in self._rested.items():
+            shift = float(np.linalg.norm(poses[index][:2, 3] - rested[:2, 3]))
+            self._record("disturbed", max(shift / MAX_DISPLACEMENT, tilt_between(poses[index], rested) / MAX_TILT))
         for index, goal in enumerate(self.expected):
             displacement = float(np.linalg.norm(poses[index][:2, 3] - goal[:2, 3]))
             self._record("displacement", displacement)

@@ -46,9 +46,11 @@ class Release:
         until_rest: judge as soon as everything is at rest, and not after the 2 s of the evaluation protocol.
         together: release all objects at the same time, not one after another. Objects that all stand on the table do
             not feel the difference, and there are as many times fewer steps of physics.
+        far_first: of objects that are equally low, release the farthest first, as the arm builds, and not the widest.
         on_end: called with the world as it is in the end, such as to take a picture of it.
     """
 
     until_rest: bool = False
     together: bool = False
+    far_first: bool = False
     on_end: Callable[[TabletopWorld], None] | None = None

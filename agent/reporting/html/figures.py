@@ -1,6 +1,6 @@
 """Draw the table from above as SVG: the same objects, colours and letters as in the terminal.
 
-Every object has its own colour; distractors are pale, with a dashed outline and a small letter.
+Every object has its own colour; distractors are pale, with a dashed outline.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 from agent.rendering.object_markers import Marker, markers_of_candidate, markers_of_scene, stack_sentence, stacks
 from agent.rendering.palette import ink_on
 from agent.rendering.text import number
+from agent.rendering.text import place as where
 from agent.reporting.event_text import shortcoming
 
 CANDIDATES_SHOWN = 6
@@ -50,7 +51,7 @@ def candidates(report: Mapping[str, Any]) -> str:
         picked = rank == chosen
         figures.append(
             f'<figure class="{"candidate chosen" if picked else "candidate"}">'
-            + _drawing(markers, scene["table"], f"candidate {rank} from above: {_places(markers)}")
+            + _drawing(markers, scene["table"], f"candidate {rank} from above: {_places(scene, candidate)}")
             + f"<figcaption><b>{rank}</b> · score {total}{' · <b>chosen</b>' if picked else ''}"
             + f"<br>{escape(why)}{_stacks(markers)}</figcaption></figure>"
         )
@@ -76,7 +77,7 @@ def _stacks(markers: Sequence[Marker]) -> str:
 def tried(report: Mapping[str, Any]) -> str:
     """Draw the final places of the objects after a trial without the arm, from above."""
     markers = markers_of_candidate(report["scene"], report["tried"]["positions"], report["tried"]["turns"])
-    words = f"what was tried from above: {_places(markers)}"
+    words = f"what was tried from above: {_places(report['scene'], report['tried'])}"
     return (
         '<figure class="candidate">'
         + _drawing(markers, report["scene"]["table"], words)
@@ -84,10 +85,10 @@ def tried(report: Mapping[str, Any]) -> str:
     )
 
 
-def _places(markers: Sequence[Marker]) -> str:
-    """List the places of the participants, x then y in centimetres, as a text alternative to the drawing."""
-    middles = [(marker.label, marker.outline.mean(axis=0)) for marker in markers if not marker.faint]
-    return "; ".join(f"{label} at {100 * x:.0f}, {100 * y:.0f} cm" for label, (x, y) in middles)
+def _places(scene: Mapping[str, Any], arrangement: Mapping[str, Any]) -> str:
+    """List the places of the participants as a text alternative to the drawing."""
+    part = [seen["name"] for seen in scene["objects"] if seen["takes_part"]]
+    return "; ".join(f"{name} {where(position)}" for name, position in zip(part, arrangement["positions"], strict=True))
 
 
 def _drawing(markers: Sequence[Marker], table: Sequence[float], words: str) -> str:

@@ -9,22 +9,22 @@ from functools import cached_property
 from html import escape
 from typing import Any
 
-from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, PARTLY_DONE
+from agent.errors import DONE, ENDED_FROM_OUTSIDE, NOT_BUILDABLE, PARTLY_DONE
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
-from agent.rendering.text import number, slot_label
+from agent.rendering.text import number, place, slot_label
 from agent.reporting.event_text import (
     arm_sentence,
     describe_goal_row,
     describe_object,
     parse_notes,
     remark_sentence,
+    trial_note,
     verdict_sentence,
 )
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
 from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table, table_view
-from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 
 _NO = re.compile(r"(n|no|nope|never ?mind|cancel|stop)\b", re.IGNORECASE)  # how a proposal is declined
 
@@ -67,7 +67,7 @@ class Turn:
         code = outcome["exit_code"]
         if outcome["success"] and report["verdict"] is not None:
             return "good", "Built as asked" if report["verdict"]["how"] == "arm" else "A valid goal was found"
-        if code == INTERRUPTED:
+        if code in ENDED_FROM_OUTSIDE:
             return "quiet", "Stopped"
         if code == NOT_BUILDABLE and report["proposals"] is None:
             return "quiet", "Refused"
@@ -144,12 +144,12 @@ class Turn:
                 f"{swatch(marker_of[seen['name']])}{escape(describe_object(seen))}",
                 escape(seen["category"]),
                 "takes part" if seen["takes_part"] else '<span class="soft">stays where it is</span>',
-                ", ".join(number(100 * value) for value in seen["position"]),
+                place(seen["position"]),
                 str(seen["points"]),
             )
             for seen in scene["objects"]
         ]
-        seen = table(("object", "noun", "role", "mean seen position x, y, z (cm)", "points seen"), rows)
+        seen = table(("object", "noun", "role", "where, seen from the robot", "points seen"), rows)
         names = ("camera-before", "objects-found", "scene-before")
         pictures = album([self._figures.get(name) for name in names])
         notes = "".join(map(paragraph, scene.get("notes", ())))
@@ -214,11 +214,9 @@ class Turn:
             )
             for check in verdict["checks"]
         ]
-        released = f"released {RELEASE_HEIGHT * 100:g} cm above the goal, without the arm"
-        how = "built by the arm" if verdict["how"] == "arm" else released
-        result = verdict_sentence(verdict)
         on = verdict.get("on", "the true objects")
-        content = f"{paragraph(result)}<p>Checked on {escape(on)} at rest, {how}.</p>"
+        checked = trial_note(verdict) or f"Checked on {on} at rest, built by the arm."
+        content = paragraph(verdict_sentence(verdict)) + paragraph(checked)
         if rows:
             content += table(("", "check", "measured", "allowed"), rows)
         title = "Tried without the arm" if without_arm else "After"

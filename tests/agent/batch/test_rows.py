@@ -5,6 +5,7 @@ import io
 import json
 import sys
 import threading
+import unicodedata
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
@@ -92,6 +93,21 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ('{"text": "a", "id": ""}', 6, ('id cannot be ""',)),
         ('{"text": "a", "id": "../up"}', 6, ('id cannot be "../up"', "folder")),
         ('{"text": "a", "id": ".hidden"}', 6, ('id cannot be ".hidden"',)),
+        ('{"text": "a", "id": "first."}', 6, ('id cannot be "first."', 'the last no "."')),
+        ('{"text": "a", "id": "first "}', 6, ('id cannot be "first "',)),
+        ('{"text": "a", "id": "first\\n"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "a/b"}', 6, ('id cannot be "a/b"',)),
+        ('{"text": "a", "id": "a\\\\b"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "a\\u0000b"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "caf\u00e9"}', 6, ("id cannot be", "letters a-z")),
+        ('{"text": "a", "id": "cafe\u0301"}', 6, ("id cannot be", "letters a-z")),
+        ('{"text": "a", "id": "\uff46irst"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "\u202eabc"}', 6, (r'id cannot be "\u202eabc"',)),
+        ('{"text": "a", "id": "CON"}', 6, ('id cannot be "CON"', "some systems")),
+        ('{"text": "a", "id": "lpt1.txt"}', 6, ('id cannot be "lpt1.txt"',)),
+        ('{"text": "a", "id": "' + "a" * 81 + '"}', 6, ("id cannot be", "80 letters")),
+        ('{"text": "a", "id": ["a"]}', 6, ('id cannot be ["a"]',)),
+        ('{"text": "a", "id": "LINE-7"}', 6, ('"LINE-7" is reserved',)),
         ('{"text": "a", "id": "line-007"}', 6, ('"line-007" is reserved', '"line-002"')),
         ('{"text": "a", "id": "First"}', 6, ('"First" is already that of line 1',)),
     ],
@@ -278,3 +294,19 @@ def test_a_batch_file_that_is_too_large_is_refused(read, monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(GOOD.encode() * 10)))
     with pytest.raises(BadInput, match="'-' has more than 25 bytes"):
         read_rows("-", DEFAULTS)
+
+
+def test_ids_that_look_like_something_else_are_legal(read):
+    names = ["console", "com", "a" * 80, "7", "a..b", "x-", "x_", "null1"]
+    rows = read("".join(f'{{"id": "{name}", "text": "make a line"}}\n' for name in names))
+    assert [row.id for row in rows] == names and all(isinstance(row, Row) for row in rows)
+
+
+def test_no_two_rows_share_a_folder_on_a_disk_that_knows_no_case_and_no_accents(read):
+    names = ["a", "A", "\u00e9", "e\u0301", "b", "b.", "B", "line-1", "LINE-001", "\uff41"]
+    rows = read("".join(json.dumps({"id": name, "text": "make a line"}) + "\n" for name in names))
+    folded = [unicodedata.normalize("NFKC", row.id).casefold().rstrip(". ") for row in rows]
+    assert len(set(folded)) == len(rows)
+    refused = [row for row in rows if isinstance(row, BadRow)]
+    assert [row.line for row in refused] == [2, 3, 4, 6, 7, 8, 9, 10]
+    assert refused[0].message == 'line 2: the id "A" is already that of line 1; each must be unique'

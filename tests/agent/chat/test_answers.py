@@ -50,17 +50,17 @@ def known() -> Knowledge:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("where is the banana", "The banana is on the right, near you: x 0.32 m, y -0.21 m."),
-        ("where are the cups", "Cup 1 is on the left, near you: x 0.25 m, y 0.30 m.\n"
-                               "Cup 2 is in the middle of the table: x 0.45 m, y 0.00 m."),
-        ("where is the second cup", "Cup 2 is in the middle of the table: x 0.45 m, y 0.00 m."),
-        ("where is the blue cup?", "Cup 2 is in the middle of the table: x 0.45 m, y 0.00 m."),
-        ("where's cup 1", "Cup 1 is on the left, near you: x 0.25 m, y 0.30 m."),
+        ("where is the banana", "The banana is on the right, near you: 32 cm ahead, 21 cm to the right."),
+        ("where are the cups", "Cup 1 is on the left, near you: 25 cm ahead, 30 cm to the left.\n"
+                               "Cup 2 is in the middle of the table: 45 cm straight ahead."),
+        ("where is the second cup", "Cup 2 is in the middle of the table: 45 cm straight ahead."),
+        ("where is the blue cup?", "Cup 2 is in the middle of the table: 45 cm straight ahead."),
+        ("where's cup 1", "Cup 1 is on the left, near you: 25 cm ahead, 30 cm to the left."),
         ("where is the fork", "There is no fork on the table. There are: 2 cups, a box and a banana."),
         ("is there a yellow cup", "No. There is no yellow cup on the table. There are: 2 cups, a box and a banana."),
         ("is there a mouse on the table", "No. There is no mouse on the table. There are: 2 cups, a box and a banana."),
         ("are there any forks", "No. There are no forks on the table. There are: 2 cups, a box and a banana."),
-        ("is there a banana?", "Yes: the banana is on the right, near you: x 0.32 m, y -0.21 m."),
+        ("is there a banana?", "Yes: the banana is on the right, near you: 32 cm ahead, 21 cm to the right."),
         ("how many cups are there", "There are 2 cups: cup 1 (red) and cup 2 (blue)."),
         ("how many red things do you see", "There are 2 objects: cup 1 (red) and box (red)."),
         ("how many boxes are there", "There is 1 box: box (red)."),
@@ -85,14 +85,16 @@ def test_answers(known, line, said):
 def test_what_is_seen_is_listed_with_colour_and_place(known):
     lines = answer(acts_of("what do you see"), replace(known, held="banana", fallen=("plate",))).splitlines()
     assert lines[0] == "4 objects stand on the table:"
-    assert lines[4].split() == "banana yellow on the right, near you: x 0.32 m, y -0.21 m".split()
+    assert lines[4].split() == "banana yellow on the right, near you: 32 cm ahead, 21 cm to the right".split()
     assert lines[5:] == ["The banana is in the hand.", "Fallen off the table: plate."]
     assert answer(acts_of("where is the plate"), replace(known, fallen=("plate",))) == "The plate fell off the table."
 
 
 def test_from_across_the_table_left_is_right_and_near_is_far(known):
     opposite = replace(known, situation=replace(known.situation, viewpoint="opposite"))
-    assert answer(acts_of("where is the banana"), opposite).startswith("The banana is on the left, far from you:")
+    assert answer(acts_of("where is the banana"), opposite) == (
+        "The banana is on the left, far from you: 32 cm ahead of the arm, 21 cm to its right."
+    )
     assert answer(acts_of("what is the leftmost thing"), known).startswith("The leftmost is cup 1,")
     assert answer(acts_of("what is the leftmost thing"), opposite).startswith("The leftmost is the box,")
 

@@ -148,7 +148,7 @@ def test_candidates_are_drawn_from_the_report(report):
     assert len(drawn) == CANDIDATES_SHOWN
     assert "too close to each other (collision 0.480, the best has 0.970)" in text
     words = [svg.get("aria-label") for svg in drawn]
-    assert "cup 1 at 40, 10 cm; cup 2 at 50, 20 cm; cup 3 at 60, 30 cm" in words[1]
+    assert "cup 1 40 cm ahead, 10 cm to the left; cup 2 50 cm ahead, 20 cm to the left; cup 3 60 cm ahead" in words[1]
     table = drawn[1].find("rect")
     first = drawn[1].findall("polygon[@class='object']")[0]
     columns, rows = zip(*(map(int, corner.split(",")) for corner in first.get("points").split()), strict=True)

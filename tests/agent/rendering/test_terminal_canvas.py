@@ -46,10 +46,10 @@ def backgrounds(line: Text, column: int) -> set[tuple[int, int, int]]:
 def test_up_is_away_from_the_robot_and_left_is_left():
     lines = drawn(markers_of_scene(run_events(told_object("far left", 0.55, 0.45), told_object("near right", 0.05, -0.45))))
     assert len({len(line) for line in lines}) == 1 and len(lines) == 2 + 12  # 40 cells of 2.5 cm, 12 of 5 cm
-    assert set(places(lines, "1")) == {(1, c) for c in (1, 2, 3, 4)} | {(2, c) for c in (1, 2, 3, 4)}
-    assert set(places(lines, "2")) == {(r, c) for r in (11, 12) for c in (37, 38, 39, 40)}
+    assert set(places(lines, "A")) == {(1, c) for c in (1, 2, 3, 4)} | {(2, c) for c in (1, 2, 3, 4)}
+    assert set(places(lines, "B")) == {(r, c) for r in (11, 12) for c in (37, 38, 39, 40)}
     assert lines[0] == "+" + "-" * 40 + "+" and lines[-1].count("robot") == 1
-    assert set("".join(lines[1:-1])) == {"|", ".", "1", "2"}
+    assert set("".join(lines[1:-1])) == {"|", ".", "A", "B"}
 
 
 def test_color_shows_the_same_place_with_the_report_s_colours():
@@ -57,7 +57,7 @@ def test_color_shows_the_same_place_with_the_report_s_colours():
     assert {line.cell_len for line in lines} == {42}
     inside = {(row, c) for row, line in enumerate(lines) for c in range(42) if color_of(0) in backgrounds(line, c)}
     assert inside == {(row, column) for row in range(5, 9) for column in range(17, 25)}
-    assert [line.plain for line in lines][6].strip("▐▌ ") == "1"
+    assert [line.plain for line in lines][6].strip("▐▌ ") == "A"
 
 
 def test_outline_is_smoothed_only_where_there_are_colours_for_it():
@@ -87,8 +87,8 @@ def test_tower_has_a_letter_for_every_object_the_top_first():
     assert [marker.label for marker in markers] == ["can", "cup", "box"]
     for colors in (0, 2**24):
         lines = drawn(markers, colors=colors)
-        box, cup, can = (places(lines, letter)[0] for letter in "231")
-        assert box < cup < can and places(lines, "1") == [can] and places(lines, "3") == [cup]
+        box, cup, can = (places(lines, letter)[0] for letter in "BCA")
+        assert box < cup < can and places(lines, "A") == [can] and places(lines, "C") == [cup]
 
 
 def test_arrangement_turns_and_moves_what_takes_part_and_nothing_else():
@@ -99,19 +99,39 @@ def test_arrangement_turns_and_moves_what_takes_part_and_nothing_else():
     assert marker["fork"].outline.min(axis=0) == pytest.approx([0.28, -0.2], abs=1e-6)
     assert marker["fork"].outline.max(axis=0) == pytest.approx([0.32, 0.0], abs=1e-6)
     assert marker["plate"].outline.tolist() == plate["outline"]
-    assert marker["plate"].faint and marker["plate"].color == FAINT and marker["plate"].letter == "a"
+    assert marker["plate"].faint and marker["plate"].color == FAINT and marker["plate"].letter == "B"
     assert not marker["fork"].faint and marker["fork"].color == color_of(0)
     with pytest.raises(ValueError, match="zip"):
         markers_of_candidate(scene, [[0.3, 0.1, 0.1]] * 2, [])
 
 
-def test_numbered_objects_keep_their_numbers_whoever_takes_part():
-    three = [told_object(f"object {k}", 0.1 * k, 0.0, takes_part=k != 2) for k in (1, 3, 2)]
-    assert {marker.label: marker.letter for marker in markers_of_scene(run_events(*three))} == {
-        "object 1": "1", "object 3": "3", "object 2": "b",
-    }  # fmt: skip
-    mixed = [three[1], told_object("mug", 0.5, 0.0)]
-    assert {marker.label: marker.letter for marker in markers_of_scene(run_events(*mixed))} == {"object 3": "1", "mug": "2"}
+@pytest.mark.parametrize(
+    ("names", "letters"),
+    [
+        (("object 1", "object 2", "object 3"), "123"),
+        (("object 1", "mug 3", "object 2"), "132"),  # the user named the third
+        (("can 2", "can 1"), "21"),
+        (("candle 1", "box 1", "candle 2", "box 2"), "ABCD"),  # two of them are the first of their kind
+        (("plate", "cup 2", "cup 1", "fork"), "a21b"),
+        (("can", "box"), "AB"),
+        (("cup 12",), "C"),
+    ],
+)
+def test_an_object_has_one_mark_whoever_takes_part(names, letters):
+    """It is the number in its name, or no number at all; later observations list those first that take part."""
+    objects = [told_object(name, 0.1 * k, 0.0) | {"number": k} for k, name in enumerate(names, start=1)]
+    for staying in (set(), set(names[:1]), set(names)):
+        seen = sorted(({**one, "takes_part": one["name"] not in staying} for one in objects), key=lambda one: not one["takes_part"])
+        found = {marker.label: marker.letter for marker in markers_of_scene(run_events(*seen))}
+        assert found == dict(zip(names, letters, strict=True))
+
+
+def test_without_colour_what_takes_no_part_is_drawn_otherwise():
+    two = [told_object("block", 0.3, 0.2, size=0.2), told_object("stone", 0.3, -0.2, size=0.2, takes_part=False)]
+    markers = markers_of_scene(run_events(*two))
+    text = "".join(line.plain for line in picture(markers, TABLE, 42, 0))
+    assert text.count("A") > 9 and text.count("B") == 1 and text.count(":") > 9
+    assert legend(markers, 80, 0)[0].plain == "A block  (B stone)"
 
 
 ORANGE, BLACK, WHITE, GRAY = [230, 126, 34], [12, 12, 14], [250, 250, 246], [140, 140, 140]
@@ -182,7 +202,7 @@ def test_stacks_are_reported_from_bottom_to_top():
     apart = told_object("mug", 0.5, -0.4, takes_part=False)
     markers = markers_of_candidate(run_events(*tower, apart), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [])
     (stack,) = stacks(markers)
-    assert [marker.label for marker in stack] == ["can", "cup", "box"] and stack_sentence(stack) == "2 on 3 on 1"
+    assert [marker.label for marker in stack] == ["can", "cup", "box"] and stack_sentence(stack) == "B on C on A"
     assert stacks(markers_of_scene(run_events(*tower, apart))) == []
 
 
@@ -190,10 +210,10 @@ def test_stacks_that_stand_on_the_table_now_are_stacks():
     objects = [told_object("plate", 0.3, 0.0, z=0.02, size=0.2), told_object("bowl", 0.3, 0.02, z=0.06)]
     objects += [told_object("fork", 0.3, -0.2, z=0.01), told_object("cube", 0.3, 0.06, z=0.12, size=0.04)]
     (stack,) = stacks(markers_of_scene(run_events(*objects)))
-    assert stack_sentence(stack) == "4 on 2 on 1"
+    assert stack_sentence(stack) == "D on B on A"
     objects[3] = told_object("cube", 0.3, -0.07, z=0.06, size=0.04)
     (stack,) = stacks(markers_of_scene(run_events(*objects)))
-    assert stack_sentence(stack) == "2 on 1, 4 on 1"
+    assert stack_sentence(stack) == "B on A, D on A"
 
 
 def test_what_is_only_pushed_over_another_is_no_stack():
@@ -207,9 +227,9 @@ def test_what_is_only_pushed_over_another_is_no_stack():
 def test_a_stack_is_drawn_from_the_side_below_its_place(colors):
     tower = [told_object(name, 0.3, 0.3, z=0.05 + 0.1 * i, size=0.2 - 0.05 * i) for i, name in enumerate("abc")]
     lines = [line.plain for line in side_view(markers_of_scene(run_events(*tower)), TABLE, 42, colors)]
-    assert lines[0] == "stacked: 3 on 2 on 1; from the side:" and {len(line) for line in lines[1:]} == {42}
-    assert [line.strip(" []") for line in lines[1:4]] == ["3", "2", "1"]
-    assert all(abs(line.index(letter) - 9) <= 1 for line, letter in zip(lines[1:4], "321", strict=True))
+    assert lines[0] == "stacked: C on B on A; from the side:" and {len(line) for line in lines[1:]} == {42}
+    assert [line.strip(" []") for line in lines[1:4]] == ["C", "B", "A"]
+    assert all(abs(line.index(letter) - 9) <= 1 for line, letter in zip(lines[1:4], "CBA", strict=True))
     assert side_view(markers_of_scene(run_events(tower[0])), TABLE, 42, colors) == []
 
 
@@ -218,8 +238,8 @@ def test_what_is_small_or_off_the_table_still_has_its_letter():
     dot, gone = told_object("pea", 0.3, 0.0, size=0), told_object("ball", 0.9, -0.2)
     for colors in (0, 2**24):
         lines = drawn(markers_of_scene(run_events(thin, dot, gone)), 12, colors)
-        assert places(lines, "1") and places(lines, "2")
-        assert {row for row, _ in places(lines, "3")} == {0}
+        assert places(lines, "A") and places(lines, "B")
+        assert {row for row, _ in places(lines, "C")} == {0}
 
 
 def test_pictures_stand_side_by_side_as_many_as_fit():
@@ -239,7 +259,7 @@ def test_legend_names_every_letter_and_wraps():
     objects = [told_object(f"red cup {i + 1}", 0.3, 0.0, z=1 - i / 10) for i in range(4)]
     markers = markers_of_scene(run_events(*objects, told_object("banana", 0.1, 0.1, takes_part=False)))
     lines = [line.plain for line in legend(markers, 24, 0)]
-    assert lines == ["1 red cup 1  2 red cup 2", "3 red cup 3  4 red cup 4", "a banana"]
+    assert lines == ["1 red cup 1  2 red cup 2", "3 red cup 3  4 red cup 4", "(a banana)"]
     colored = legend(markers, 80, 2**24)
     assert len(colored) == 1
     assert colored[0].plain == " 1  red cup 1   2  red cup 2   3  red cup 3   4  red cup 4   a  banana"

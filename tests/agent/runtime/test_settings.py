@@ -93,7 +93,7 @@ def test_verbs_get_what_is_configured(project, monkeypatch, capsys):
     (project.parent / "desk.yaml").write_text("")
     project.write_text('objects = "meshes"\nmodel = "geometric"\nexecute = false\nworkers = 3\nseed = 7\n')
     taken = {}
-    run = lambda text, options, **_: taken.update(run=options) or iter(())  # noqa: E731
+    run = lambda text, options, *_, **__: taken.update(run=options) or iter(())  # noqa: E731
     monkeypatch.setattr("agent.pipeline.run.run_instruction", run)
     monkeypatch.setattr("agent.training.generate_data.generate_data", lambda *given: taken.update(generate=given))
     monkeypatch.setattr("agent.evaluation.success.measure.measure_success", lambda *given, **_: taken.update(success=given) or {})

@@ -53,6 +53,14 @@ def test_among_those_that_stand_the_one_far_from_the_limits_comes_first():
     assert [row.goal_from_initial[0, 0, 3] for row in rerank_by_physics(fancied, [close, far], TOWER, 8)] == [0.2, 0.1]
 
 
+def test_what_moves_while_others_are_released_costs_score_although_it_stands_in_the_end():
+    calm, shaken = tower(0, 1, total=0.5, at=0.1), tower(0, 1, total=0.9, at=0.2)
+    fancied = Fancied(lambda motions, number: {**CALM, "disturbed": 0.05 if motions[0, 0, 3] == 0.1 else 0.55})
+    found = rerank_by_physics(fancied, [shaken, calm], TOWER, 8, sure=2.0)
+    assert [row.scores["rollout"] for row in found] == pytest.approx([1.0, 0.5])
+    assert [row.scores["total"] for row in found] == pytest.approx([0.5, 0.45])
+
+
 def test_another_order_is_tried_after_one_that_falls_again_and_again():
     same = [tower(0, 1, 2, total=0.9 - 0.01 * k, at=k) for k in range(12)]
     other = tower(1, 0, 2, total=0.3, at=99)

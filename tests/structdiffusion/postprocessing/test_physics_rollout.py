@@ -104,3 +104,26 @@ def test_the_best_are_tried_until_enough_of_them_stand(scene):
     assert [row.scores["rollout"] for row in tried(bad, good, best=1)] == [0.5, 0.1]
     stood_first = tried(bad, good, lowest=0.01)
     assert [row.scores["total"] for row in stood_first] == pytest.approx([0.01, 0.09])
+
+
+def test_the_higher_something_stacks_the_more_room_its_goal_leaves_below():
+    """What is seen of a top is millimetres lower than its rim: in a stack these errors add up."""
+    believed = [_brick(0.05 - missed) for missed in (0.0025, 0.003, 0.0025, 0.0)]
+    true = [_brick(0.05)] * 4
+    places = [pose_from_xyz_yaw(0.4, 0.2 * k - 0.3, 0.0, 0.0) for k in range(4)]
+    with TabletopWorld(true, places) as world:
+        seen = world.observe(np.random.default_rng(0))
+    motions = np.tile(np.eye(4), (4, 1, 1))
+    tops = np.concatenate(([0.0], np.cumsum([model.height for model in believed])))[:4]
+    for k, motion in enumerate(motions):
+        motion[:3, 3] = (0.0, -0.2 * k, tops[k] + 0.004 * (k > 0))
+    lowered = PhysicsRollout(seen, list(zip(believed, places, strict=True))).set_down(motions)
+    room = lowered[:, 2, 3] - tops
+    assert room[0] == 0.0 and (np.diff(room) > 0.002).all() and room[-1] < 0.0125
+    assert place_and_check(TabletopBodies(true, places), lowered, TOWER).success
+    assert place_and_check(TabletopBodies(believed, places), lowered, TOWER).success
+
+
+def _brick(height):
+    return assemble("brick", "brick", [box(0.08, 0.08, 0.0, height)], density=600.0, friction=0.5, color=(0.8, 0.4, 0.2),
+                    source="procedural", rng=np.random.default_rng(0))  # fmt: skip

@@ -174,3 +174,28 @@ def test_a_tower_that_also_leans_on_the_table_is_none_even_where_the_shape_is_op
 def test_wrong_shapes_are_named():
     with pytest.raises(ValueError, match=r"motions of 1 objects are \(1, 4, 4\), got \(2, 4, 4\)"):
         place_and_check(TabletopBodies([block()], np.eye(4)[None].repeat(2, 0)), np.eye(4)[None].repeat(2, 0), LINE)
+
+
+def test_what_a_later_release_moves_is_measured(monkeypatch):
+    """Something pushes the first by 2 of the 4 cm that are allowed while the second comes to rest."""
+    goals = [at(0.45, y) for y in (-0.2, 0.0)]
+    assert try_goals([block()] * 2, goals, LINE).measured["disturbed"] < 0.05
+    settled, settle = [], TabletopWorld.settle
+
+    def pushed(world, *arguments):
+        settled.append(settle(world, *arguments))
+        if len(settled) == 2:
+            world.set_pose(0, at(0.02, 0.0) @ world.pose(0))
+        return settled[-1]
+
+    monkeypatch.setattr(TabletopWorld, "settle", pushed)
+    verdict = try_goals([block()] * 2, goals, LINE)
+    assert verdict.measured["disturbed"] == pytest.approx(0.5, abs=0.05)
+    assert verdict.measured["displacement"] == pytest.approx(0.02, abs=0.002)
+
+
+def test_equally_low_objects_are_released_from_far_to_near_as_the_arm_builds():
+    wide, narrow, upper = block(0.1, 0.1), block(), block()
+    goals = np.stack([at(0.3, 0.0), at(0.5, 0.0), at(0.5, 0.0, 0.05)])
+    assert executable_order([wide, narrow, upper], goals) == (0, 1, 2)
+    assert executable_order([wide, narrow, upper], goals, far_first=True) == (1, 0, 2)
