@@ -13,8 +13,9 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
-from agent.batch.results import ROWS
+from agent.batch.result_schema import ROWS, report_link
 from agent.batch.rows import BadRow, Row
 from agent.batch.summary import outcome_in_words, structures_of
 from agent.errors import NOT_BUILDABLE
@@ -113,9 +114,9 @@ def _card(row: Row | BadRow, result: Mapping[str, Any] | None, folder: Path) -> 
     if result is not None:
         if reason := _reason(result):
             parts.append(f'<p class="reason{" bad" if outcome == "failed" else ""}">{escape(reason)}</p>')
-        parts.append(_pictures(row.id, result["report"], folder))
-        if result["report"] is not None:
-            parts.append(f'<p><a href="{escape(result["report"])}">report</a></p>')
+        if result["report"] is not None:  # a row that saw no scene has no pictures
+            parts.append(_pictures(row.id, folder))
+            parts.append(f'<p><a href="{escape(report_link(row.id))}">report</a></p>')
     structures = escape(" ".join(map(_token, _structures(result))))
     data = f'data-outcome="{outcome}" data-structures="{structures}"'
     return f'<li id="row-{name}" class="{outcome}" {data}>{"".join(parts)}</li>\n'
@@ -143,18 +144,16 @@ def _seconds(result: Mapping[str, Any] | None) -> str:
     return "" if total is None else f", {duration(total)}"
 
 
-def _pictures(row_id: str, report: str | None, folder: Path) -> str:
+def _pictures(row_id: str, folder: Path) -> str:
     """Return the pictures of scene, goal and build as links to the report; empty if there are none."""
-    if report is None:
-        return ""  # a row that saw no scene has no pictures
     present = _files_in(folder / ROWS / row_id)
     figures = []
     for group in _SHOWN:
         found = next(((name, caption) for name, caption in group.items() if f"{name}.{FORMAT}" in present), None)
         if found is not None:
-            file, caption = escape(f"{ROWS}/{row_id}/{found[0]}.{FORMAT}"), found[1]
+            file, caption = escape(f"{ROWS}/{quote(row_id, safe='')}/{found[0]}.{FORMAT}"), found[1]
             image = f'<img src="{file}" alt="{caption} of {escape(row_id)}" loading="lazy" decoding="async">'
-            linked = f'<a href="{escape(report)}">{image}</a>'
+            linked = f'<a href="{escape(report_link(row_id))}">{image}</a>'
             figures.append(f"<figure>{linked}<figcaption>{caption}</figcaption></figure>")
     return f'<div class="pictures">{"".join(figures)}</div>' if figures else ""
 

@@ -12,15 +12,18 @@ that a batch that is killed loses the rows at work, and nothing else. Reports of
 
 from __future__ import annotations
 
+import codecs
 import os
 import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
+from agent.batch.result_schema import REPORT, ROWS, result_error
 from agent.errors import BadInput
 from agent.runtime.atomic_files import OpenFolder, opened
 from agent.runtime.jsonl_journal import Journal, entry_of, locked_folder
@@ -36,16 +39,10 @@ from agent.runtime.output_ownership import (
 
 RESULTS = "results.jsonl"
 PAGE = "index.html"
-ROWS = "rows"
 _WORK = ".structagent-work-"  # begins the name of the folder in which rows are at work
 _WORKPLACE = re.compile(re.escape(_WORK) + r"[a-z0-9_]{8}")
 _NAMES = ("report.html", "report.json", "session.jsonl", "traceback.txt")  # that a row leaves, beside pictures
-# What makes a line one of ours.
-_KINDS = {
-    "id": str, "line": int, "fingerprint": str | None, "success": bool, "exit_code": int, "report": str | None,
-    "seconds": dict,
-}  # fmt: skip
-_KEYS = set(_KINDS)
+_KEYS = {"id", "line", "fingerprint", "success", "exit_code", "report", "seconds"}  # make a line one of ours
 
 
 class Results:
@@ -75,12 +72,10 @@ class Results:
             check_subfolder(self._rows)
             self._rows.mkdir(exist_ok=True)
             self._rows_place = until_open.enter_context(opened(Path(ROWS), self._place))
-            self._journal = Journal(self._place, RESULTS, _KEYS, "result of a batch")
+            self._journal = Journal(self._place, RESULTS, _KEYS, "result of a batch", result_error)
             until_open.callback(lambda: self._journal.close())
-            for number, entry in enumerate(self._journal.entries, start=1):
-                if wrong := next((key for key, kinds in _KINDS.items() if not isinstance(entry[key], kinds)), None):
-                    where = f"{str(self.path)!r}, line {number}"
-                    raise BadInput(f"{where}: {wrong} cannot be {entry[wrong]!r}; choose another --out")
+            for sentence in self._journal.left_out:
+                print(f"structagent: {sentence}; the row is carried out again", file=sys.stderr, flush=True)
             self._sweep()
             self._work = Path(tempfile.mkdtemp(prefix=_WORK, dir=folder))
             until_open.callback(shutil.rmtree, self._work, ignore_errors=True)
@@ -118,8 +113,8 @@ class Results:
         return self._work / row_id
 
     def has_report(self, result: dict[str, Any]) -> bool:
-        """Return whether the report that a result names exists; true if it names none."""
-        return result["report"] is None or (self.folder / result["report"]).is_file()
+        """Return whether the report of a result exists; true if it has none."""
+        return result["report"] is None or (self._rows / result["id"] / REPORT).is_file()
 
     def add(self, result: dict[str, Any]) -> None:
         """Move the files of a row into place and store its result."""
@@ -180,6 +175,7 @@ def _check_results(path: Path) -> None:
     if path.is_symlink() or not path.is_file():
         raise BadInput(f"{str(path)!r} must be a file with the results of a batch; choose another --out")
     with path.open("rb") as file:
-        first = file.readline()
-    if first.endswith(b"\n") and entry_of(first, _KEYS) is None:
-        raise BadInput(f"{str(path)!r}, line 1: this is not a result of a batch; choose another --out")
+        first = file.readline().removeprefix(codecs.BOM_UTF8)
+        # A line of ours that somebody has edited is named later, and costs no other.
+        if first.endswith(b"\n") and all(entry_of(line, _KEYS) is None for line in (first, *file)):
+            raise BadInput(f"{str(path)!r}, line 1: this is not a result of a batch; choose another --out")

@@ -23,7 +23,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from agent.batch.results import ROWS
+from agent.batch.result_schema import ROWS, report_of
 from agent.batch.rows import BadRow, Row
 from agent.errors import DEFECT, defect_sentence, exit_code_of, one_sentence
 from agent.pipeline.resources import ResourceCache
@@ -64,7 +64,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
         (folder / TRACEBACK).write_text(traceback.format_exc(), encoding="utf-8")
         where = f"{ROWS}/{row.id}/{TRACEBACK}"
         return failed(row, CRASHED, "crash", f"{defect_sentence(error)}; see {where}")
-    return _result(row, record.report, None if page is None else f"{ROWS}/{row.id}/{page.name}")
+    return _result(row, record.report, None if page is None else report_of(row.id))
 
 
 def is_final(result: Mapping[str, Any]) -> bool:

@@ -38,12 +38,11 @@ from grounding.instruction_files import JSON, TABLE, TEXT, InstructionFileError,
 from structdiffusion.limits import BATCH_BYTES, ROW_BYTES
 
 STANDARD_INPUT = "-"
-LARGEST_SEED = 2**63 - 1  # what torch takes
 _SETTINGS = {setting.name: setting for setting in SETTINGS if setting.name != "workers"}
 KEYS = ("id", "text", *_SETTINGS)
 _PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any other illegal value is wrong usage
 _READING = ("parser", "viewpoint", "encoder", "llm_model", "llm_url")
-_ID = re.compile(r"(?=.{1,80}$)[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9_-])?")
+ID = re.compile(r"(?=.{1,80}$)[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9_-])?")
 # Names of devices, with any ending, where Windows or one of its disks holds the folder.
 _DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 _PROMISED = {".jsonl": JSON, ".ndjson": JSON, ".json": JSON, ".csv": TABLE, ".tsv": TABLE}
@@ -156,8 +155,6 @@ def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
         kind = BadInput if name in _PLACES else UsageError
         shown = "this" if name == "llm_url" else _json_excerpt(value)  # an address may hold a password
         raise kind(f"{place} cannot be {shown}; legal: {setting.legal}") from None
-    if name == "seed" and value > LARGEST_SEED:
-        raise UsageError(f"{place} cannot be {_json_excerpt(value)}; legal: 0 to {LARGEST_SEED}")
     return accepted
 
 
@@ -207,7 +204,7 @@ class _Reader:
             return BadRow(line, own, text, f"{self._unit} {line}: {error}", error.exit_code)
 
     def _id(self, line: int, own: str, given: Any) -> str:
-        if not isinstance(given, str) or not _ID.fullmatch(given):
+        if not isinstance(given, str) or not ID.fullmatch(given):
             raise BadInput(
                 f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a string of 1 to 80 "
                 'letters a-z, digits, ".", "_" and "-", the first a letter or a digit, the last no "."'

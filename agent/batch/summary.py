@@ -8,20 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
-from agent.batch.row_task import CRASHED
-from agent.errors import BAD_INPUT, DONE, EXECUTION_FAILED, NO_VALID_GOAL, NOT_BUILDABLE, PARTLY_DONE, USAGE
+from agent.batch.result_schema import OUTCOMES
+from agent.errors import DONE
 from agent.rendering.text import aligned, columns_of, duration
 
-OUTCOMES = {
-    DONE: "done",
-    CRASHED: "broke down",
-    BAD_INPUT: "bad input",
-    USAGE: "wrong usage",
-    EXECUTION_FAILED: "execution failed",
-    PARTLY_DONE: "built with some of the objects asked for",
-    NO_VALID_GOAL: "no valid goal",
-    NOT_BUILDABLE: "not understood or not buildable",
-}  # but for the first, the most serious first
 _FAILURES_SHOWN = 20  # failures in the table; all are in the results
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperGroup
 
-from agent.cli.options import JsonOption
+from agent.cli.options import JsonOption, print_error
 from agent.rendering.text import aligned, columns_of
 from agent.runtime.configuration import ENVIRONMENT, PROJECT, ConfigError, Configuration, load
 from agent.runtime.settings import SETTINGS
@@ -112,17 +112,26 @@ def _config() -> None:
 
 @config_app.command("show")
 def show(ctx: typer.Context, json_output: JsonOption = False) -> None:
-    """Show all settings, their values, and where these come from.
+    """Show all settings, their values, where these come from, and what is wrong with the files.
 
     Example: structagent config show --json
     """
-    configuration = load(trust_project=ctx.find_root().params.get("trust_project", False))
+    configuration = load(trust_project=ctx.find_root().params.get("trust_project", False), tolerant=True)
+    _show(ctx, configuration, json_output)
+    for problem in configuration.problems:
+        print_error(problem)
+    if configuration.problems:
+        raise typer.Exit(ConfigError.exit_code)
+
+
+def _show(ctx: typer.Context, configuration: Configuration, json_output: bool) -> None:
     rows = list(_rows(ctx.find_root().command, configuration))
     project, user = configuration.project_file, configuration.user_file
     with results_stream() as results:
         if json_output:
             files = {"project": project and str(project), "user": user and str(user)}
-            print(json.dumps({"settings": rows, "files": files}, indent=1, ensure_ascii=False), file=results)
+            told = {"settings": rows, "files": files, "problems": configuration.problems}
+            print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
             return
         table = [
             (row["name"], _value_text(row["value"]), DEFAULT if row["layer"] == DEFAULT else f"{row['layer']}: {row['place']}")

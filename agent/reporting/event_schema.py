@@ -5,7 +5,6 @@ Listeners may then rely on every key, type and count.
 
 from __future__ import annotations
 
-import math
 import types
 import typing
 from collections.abc import Mapping
@@ -43,7 +42,7 @@ def payload_error(payload: object) -> str | None:
     event = event_classes().get(payload["kind"])
     if event is None:
         return f"{payload['kind']!r} is not an event; there are {', '.join(sorted(event_classes()))}"
-    return _misfit(payload, event, payload["kind"])
+    return misfit(payload, event, payload["kind"])
 
 
 def payload_conflict(payload: Mapping[str, Any], part: int) -> str | None:
@@ -66,9 +65,9 @@ def payload_conflict(payload: Mapping[str, Any], part: int) -> str | None:
         case "chosen":
             for number, goal in enumerate(payload["goals"]):
                 where = f"chosen.goals[{number}]"
-                position = _misfit(goal.get("position"), tuple[float, float, float], f"{where}.position")
-                problem = _misfit(goal.get("name"), str, f"{where}.name") or position
-                problem = problem or _misfit(goal.get("parts", []), tuple[int, ...], f"{where}.parts")
+                position = misfit(goal.get("position"), tuple[float, float, float], f"{where}.position")
+                problem = misfit(goal.get("name"), str, f"{where}.name") or position
+                problem = problem or misfit(goal.get("parts", []), tuple[int, ...], f"{where}.parts")
                 if problem:
                     return problem
         case "planned":
@@ -84,8 +83,14 @@ def _hints(kind: type) -> dict[str, Any]:
     return typing.get_type_hints(kind)
 
 
-def _misfit(value: Any, hint: Any, where: str) -> str | None:
-    """Describe why a JSON value is not a `hint`."""
+def misfit(value: Any, hint: Any, where: str) -> str | None:
+    """Describe why a JSON value is not a `hint`, in words that begin with its place; `None` if it is one.
+
+    Args:
+        value: the JSON value.
+        hint: a type: a dataclass of such types, a union, tuple or mapping of them, or a plain one.
+        where: the words for its place.
+    """
     if is_dataclass(hint):
         if not isinstance(value, Mapping):
             return f"{where} must be an object"
@@ -94,7 +99,7 @@ def _misfit(value: Any, hint: Any, where: str) -> str | None:
                 continue
             inside = f"{where}.{entry.name}"
             if entry.name in value:
-                problem = _misfit(value[entry.name], _hints(hint)[entry.name], inside)
+                problem = misfit(value[entry.name], _hints(hint)[entry.name], inside)
                 if problem:
                     return problem
             else:
@@ -102,7 +107,7 @@ def _misfit(value: Any, hint: Any, where: str) -> str | None:
         return None
     origin, inner = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
-        problems = [_misfit(value, one, where) for one in inner]
+        problems = [misfit(value, one, where) for one in inner]
         return None if None in problems else problems[0]
     if origin is tuple:
         if not isinstance(value, list):
@@ -111,19 +116,19 @@ def _misfit(value: Any, hint: Any, where: str) -> str | None:
         if not every and len(value) != len(inner):
             return f"{where} must have {len(inner)} entries"
         members = [inner[0]] * len(value) if every else inner
-        problems = [_misfit(one, member, f"{where}[{k}]") for k, (one, member) in enumerate(zip(value, members))]
+        problems = [misfit(one, member, f"{where}[{k}]") for k, (one, member) in enumerate(zip(value, members))]
         return next((problem for problem in problems if problem), None)
     if origin is not None and issubclass(origin, Mapping):
         if not isinstance(value, Mapping):
             return f"{where} must be an object"
-        problems = [_misfit(one, inner[1], f"{where}.{name}") for name, one in value.items()]
+        problems = [misfit(one, inner[1], f"{where}.{name}") for name, one in value.items()]
         return next((problem for problem in problems if problem), None)
     legal, named = _PLAIN[hint]
     fits = isinstance(value, legal) and (hint in (bool, Any) or not isinstance(value, bool))
     if hint is float and value is None:
         fits = any(part in f"{where}." for part in _MAY_BE_NULL)
     elif hint is float and fits:
-        fits = math.isfinite(value) and abs(value) < _LARGEST
+        fits = abs(value) < _LARGEST  # which no NaN is
     return None if fits else f"{where} must be {named}"
 
 

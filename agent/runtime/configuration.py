@@ -45,39 +45,50 @@ class Value:
 
 @dataclass(frozen=True)
 class Configuration:
-    """The configured settings, name -> effective value, and the paths of the files, `None` for a file that is
-    missing.
+    """The configured settings.
+
+    Attributes:
+        values: name -> effective value.
+        project_file, user_file: the paths of the files, `None` for a file that is missing.
+        problems: a sentence for each thing that is wrong; what it is about has no value here.
     """
 
     values: Mapping[str, Value]
     project_file: Path | None
     user_file: Path | None
+    problems: tuple[str, ...] = ()
 
 
 def load(
-    environment: Mapping[str, str] | None = None, folder: Path | None = None, trust_project: bool = False
+    environment: Mapping[str, str] | None = None,
+    folder: Path | None = None,
+    trust_project: bool = False,
+    tolerant: bool = False,
 ) -> Configuration:
     """Read the configuration, without the options of the command line.
 
     Args:
         environment: replaces the environment of the process.
         folder: where the search for the project's file starts, upwards; by default the current folder.
-        trust_project: allow the project's file to name a model folder, and endpoints on other machines.
+        trust_project: allow the project's file to decide everything; see `Setting.forbidden`.
+        tolerant: do without what is wrong, and tell it in `Configuration.problems`.
 
     Raises:
-        ConfigError: for a file that cannot be read, an unknown key, an illegal value, or a secret in a file, even if
-            another layer overrides it.
+        ConfigError: unless tolerant, for a file that cannot be read, an unknown key, an illegal value, or a secret in
+            a file, even if another layer overrides it.
     """
     environment = os.environ if environment is None else environment
     project, user = find_project_file(folder), user_file(environment)
     values: dict[str, Value] = {}
+    problems: list[str] = []
     if user is not None and _is_file(user):
-        values |= _read_file(user, USER)
+        values |= _read_file(user, USER, True, problems)
     if project is not None:
-        values |= _read_file(project, PROJECT)
-        if not trust_project:
-            _check_project(values)
-    return Configuration(values | _read_environment(environment, folder), project, user)
+        values |= _read_file(project, PROJECT, trust_project, problems)
+    values |= _read_environment(environment, folder, problems)
+    if problems and not tolerant:
+        raise ConfigError(problems[0])
+    return Configuration(values, project, user, tuple(problems))
 
 
 def find_project_file(folder: Path | None = None) -> Path | None:
@@ -104,7 +115,34 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _read_file(path: Path, layer: str) -> dict[str, Value]:
+def _read_file(path: Path, layer: str, trusted: bool, problems: list[str]) -> dict[str, Value]:
+    """Read the values of a file; tell what is wrong in `problems`."""
+    values = {}
+    try:
+        found, lines = _parsed(path)
+    except ConfigError as error:
+        problems.append(str(error))
+        return {}
+    for name in sorted(found, key=lines.__getitem__):
+        place = f"{path}:{lines[name]}"
+        setting = BY_NAME.get(name)
+        if setting is None:
+            problems.append(f"{place}: {_unknown('key', name, BY_NAME)}")
+            continue
+        try:
+            value = _value(setting, found[name], path.parent, layer, place, place + ": " + name)
+        except ConfigError as error:
+            problems.append(str(error))
+            continue
+        if not trusted and (why := _forbidden(setting, value, path.parent)):
+            problems.append(why)
+            continue
+        values[name] = value
+    return values
+
+
+def _parsed(path: Path) -> tuple[dict[str, Any], dict[str, int]]:
+    """Return the keys of a file with their values, and with their lines."""
     try:
         text = read_at_most(path, SETTINGS_BYTES).decode("utf-8-sig")
         found = tomllib.loads(text)
@@ -119,28 +157,24 @@ def _read_file(path: Path, layer: str) -> dict[str, Value]:
         raise ConfigError(f"{path}:{line}: {str(error).partition(' (at ')[0]}; expected lines as 'seed = 3'") from error
     except (ValueError, RecursionError) as error:  # a number of thousands of digits, or lists in lists
         raise ConfigError(f"{path} cannot be read: {error}") from error
-    lines = {name: _line_of(name, text) for name in found}
-    values = {}
-    for name in sorted(found, key=lines.__getitem__):
-        place = f"{path}:{lines[name]}"
-        setting = BY_NAME.get(name)
-        if setting is None:
-            raise ConfigError(f"{place}: {_unknown('key', name, BY_NAME)}")
-        values[name] = _value(setting, found[name], path.parent, layer, place, place + ": " + name)
-    return values
+    return found, {name: _line_of(name, text) for name in found}
 
 
-def _read_environment(environment: Mapping[str, str], folder: Path | None) -> dict[str, Value]:
+def _read_environment(environment: Mapping[str, str], folder: Path | None, problems: list[str]) -> dict[str, Value]:
     values = {}
     variables = {setting.variable: setting for setting in SETTINGS}
     for variable in sorted(environment):
         if not variable.startswith(PREFIX) or variable in SECRETS or not environment[variable].strip():
             continue
         if variable not in variables:
-            raise ConfigError(f"environment: {_unknown('variable', variable, variables)}")
+            problems.append(f"environment: {_unknown('variable', variable, variables)}")
+            continue
         setting, text = variables[variable], environment[variable].strip()
         given = _from_text(text, setting.kind)
-        values[setting.name] = _value(setting, given, folder or Path.cwd(), ENVIRONMENT, variable, variable)
+        try:
+            values[setting.name] = _value(setting, given, folder or Path.cwd(), ENVIRONMENT, variable, variable)
+        except ConfigError as error:
+            problems.append(str(error))
     return values
 
 
@@ -148,7 +182,7 @@ def _from_text(text: str, kind: type) -> object:
     """Convert the text of a variable to the type of a setting; return the text itself if that is impossible."""
     if kind is bool:
         return _SWITCH.get(text.lower(), text)
-    return int(text) if kind is int and re.fullmatch(r"[+-]?[0-9]{1,18}", text) else text
+    return int(text) if kind is int and re.fullmatch(r"[+-]?[0-9]{1,30}", text) else text
 
 
 def _value(setting: Setting, given: object, folder: Path, layer: str, place: str, display_name: str) -> Value:
@@ -159,7 +193,7 @@ def _value(setting: Setting, given: object, folder: Path, layer: str, place: str
     except (ValueError, OSError) as error:
         # An address may hold a password, and a table anything: they are not shown.
         hidden = setting.name == "llm_url" or not isinstance(given, str | int | float)
-        said = "this" if hidden else repr(given)
+        said = "this" if hidden else repr(given) if len(repr(given)) <= 80 else f"{repr(given)[:77]}..."
         raise ConfigError(f"{display_name} cannot be {said}; legal: {setting.legal}") from error
     if setting.name == "llm_url":
         _check_address(value, display_name)
@@ -175,30 +209,13 @@ def _check_address(address: str, display_name: str) -> None:
         )
 
 
-def _check_project(values: Mapping[str, Value]) -> None:
-    """Refuse what a project's file, which may come from somebody else, must not decide."""
-    trusting = "or, if you trust this file, call `structagent --trust-project VERB`"
-    address = values.get("llm_url")
-    if address is not None and address.layer == PROJECT:
-        host = (urlsplit(address.value).hostname or "").rstrip(".")
-        if host not in ("localhost", "::1") and not re.fullmatch(r"127(\.[0-9]{1,3}){3}", host):
-            raise ConfigError(
-                f"{address.place}: llm_url of a project can only name this machine (localhost, 127.0.0.1, ::1), "
-                "because your instructions are sent there; set another in your own file or as "
-                f"{BY_NAME['llm_url'].variable}, {trusting}"
-            )
-    for name in ("llm_model", "encoder"):
-        model = values.get(name)
-        if model is not None and model.layer == PROJECT and _is_path(model.value):
-            raise ConfigError(
-                f"{model.place}: {name} of a project cannot be a folder, because its files would be loaded; set it in "
-                f"your own file or as {BY_NAME[name].variable}, {trusting}"
-            )
-
-
-def _is_path(model: str) -> bool:
-    """Tell whether a model's name would be taken for a folder, even one that is created later."""
-    return os.path.isabs(model) or model.startswith((".", "~")) or Path(model).exists()
+def _forbidden(setting: Setting, value: Value, folder: Path) -> str:
+    """Say why a project's file must not decide this; "" where it may."""
+    why = setting.forbidden(value.value, folder)
+    return why and (
+        f"{value.place}: {setting.name} of a project {why}; set it in your own file or as {setting.variable}, or, if "
+        "you trust this file, call `structagent --trust-project VERB`"
+    )
 
 
 def _unknown(what: str, name: str, legal: Mapping[str, Setting]) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import codecs
 import fcntl
 import json
 import os
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -65,22 +66,33 @@ class Journal:
         name: the name of the file in it; created if missing.
         keys: the keys that every entry must have.
         what: the term for an entry in messages, such as "result of a batch".
+        problem: says what is wrong with an entry that has these keys. Where it is given, a line that is no entry costs
+            no other: it is left out here and in the file.
 
     Attributes:
         entries: the entries in the order of the file; an incomplete last line is dropped here and in the file.
+        left_out: a sentence for each line that was left out because of what it says.
 
     Raises:
-        BadInput: if a line other than the last is not an entry.
+        BadInput: without `problem`, if a line other than the last is not an entry; with it, if none is.
     """
 
-    def __init__(self, place: OpenFolder, name: str, keys: set[str], what: str) -> None:
+    def __init__(
+        self,
+        place: OpenFolder,
+        name: str,
+        keys: set[str],
+        what: str,
+        problem: Callable[[Entry], str | None] | None = None,
+    ) -> None:
         self.path, self._place = place.path / name, place
         self.entries: list[Entry] = []
+        self.left_out: list[str] = []
         if place.kind(name) == stat.S_IFLNK:
             raise BadInput(f"{str(self.path)!r} is a symbolic link, and must be a file; choose another --out")
         self._file = place.open(name, _FLAGS)
         try:
-            self._recover(keys, what)
+            self._recover(keys, what, problem)
         except BaseException:
             os.close(self._file)
             raise
@@ -112,18 +124,25 @@ class Journal:
         self._replace(b"".join(map(_line, entries)))
         self.entries = list(entries)
 
-    def _recover(self, keys: set[str], what: str) -> None:
+    def _recover(self, keys: set[str], what: str, problem: Callable[[Entry], str | None] | None) -> None:
         content = _all_of(self._file)
-        lines = content.split(b"\n")
+        lines = (content[len(codecs.BOM_UTF8) :] if content.startswith(codecs.BOM_UTF8) else content).split(b"\n")
         last = max((number for number, line in enumerate(lines, start=1) if line), default=0)
         whole = []
         for number, line in enumerate(lines, start=1):
             entry = entry_of(line, keys)
-            if entry is not None:
+            wrong = None if entry is None or problem is None else problem(entry)
+            if entry is not None and wrong is None:
                 self.entries.append(entry)
                 whole.append(line + b"\n")
-            elif number < last:
-                raise BadInput(f"{str(self.path)!r}, line {number}: this is no {what}; choose another --out")
+            elif number < last or wrong:
+                sentence = f"{str(self.path)!r}, line {number}: {wrong or f'this is no {what}'}"
+                if problem is None:
+                    raise BadInput(f"{sentence}; choose another --out")
+                if line.strip():
+                    self.left_out.append(sentence)
+        if self.left_out and not self.entries:
+            raise BadInput(f"{self.left_out[0]}; choose another --out")
         kept = b"".join(whole)  # at once: bytes that grow by a line at a time are copied for every line
         if kept != content:
             self._replace(kept)

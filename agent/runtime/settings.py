@@ -6,6 +6,7 @@ This module needs only the standard library, so that `structagent doctor` can re
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ KEY_VARIABLE = "STRUCTAGENT_LLM_KEY"
 TOKEN_VARIABLE = "STRUCTAGENT_MCP_TOKEN"
 SECRETS = (KEY_VARIABLE, TOKEN_VARIABLE)  # variables that no file may hold
 MOST_SEED = 2**63 - 1  # largest seed that every generator takes
+MOST_WORKERS = 1024  # more than any machine has cores
 LIBRARIES = ("ycb", "procedural", "random_urdfs", "training", "validation", "blocks")
 
 
@@ -33,12 +35,15 @@ class Setting:
         legal: the legal values, for messages.
         accept: takes a value of that type and the folder that relative paths start from; returns the value of the
             option, and raises `ValueError` for an illegal one.
+        forbidden: what keeps a project's file, which may come from somebody else, from deciding it: takes the value of
+            the option and the file's folder; returns the reason, in words that continue "scene of a project ", or "".
     """
 
     name: str
     kind: type
     legal: str
     accept: Callable[[Any, Path], Any]
+    forbidden: Callable[[Any, Path], str] = lambda value, folder: ""
 
     @property
     def variable(self) -> str:
@@ -55,9 +60,9 @@ def _one_of(*names: str) -> Callable[[str, Path], str]:
     return accept
 
 
-def _at_least(least: int) -> Callable[[int, Path], int]:
+def _within(least: int, most: int) -> Callable[[int, Path], int]:
     def accept(value: int, folder: Path) -> int:
-        if value < least:
+        if not least <= value <= most:
             raise ValueError(value)
         return value
 
@@ -90,31 +95,58 @@ def _scene(value: str, folder: Path) -> str:
 
 
 def _model_name(value: str, folder: Path) -> str:
-    if not value.strip():
+    if not value.strip() or not value.isprintable():
         raise ValueError(value)
     path = _path(value, folder)  # a name on a model hub, or of an endpoint, is no folder here
     return str(path) if value.startswith((".", "~")) or path.is_dir() else value
 
 
 def _web_address(value: str, folder: Path) -> str:
-    parts = urlsplit(value.strip())
+    value = value.strip()
+    if any(char.isspace() or not char.isprintable() for char in value):
+        raise ValueError(value)  # urlsplit leaves out line breaks in silence
+    parts = urlsplit(value)
     if parts.scheme not in ("http", "https") or not parts.hostname or parts.port == 0:
         raise ValueError(value)
-    return value.strip()
+    return value
+
+
+def _only_inside(value: str, folder: Path) -> str:
+    """Forbid files outside the project, links resolved; names of what comes with the tool are no paths."""
+    if not os.path.isabs(value) or Path(value).resolve().is_relative_to(folder.resolve()):
+        return ""
+    return "cannot be outside its folder, because it would choose among all your files"
+
+
+def _no_folder(value: str, folder: Path) -> str:
+    """Forbid what would be taken for a folder, even one that is created later."""
+    is_path = os.path.isabs(value) or value.startswith((".", "~")) or Path(value).exists()
+    return "cannot be a folder, because its files would be loaded" if is_path else ""
+
+
+def _nothing(value: str, folder: Path) -> str:
+    return "cannot be set, because its networks would decide what the arm does"
+
+
+def _only_here(value: str, folder: Path) -> str:
+    host = (urlsplit(value).hostname or "").rstrip(".")
+    if host in ("localhost", "::1") or re.fullmatch(r"127(\.[0-9]{1,3}){3}", host):
+        return ""
+    return "can only name this machine (localhost, 127.0.0.1, ::1), because your instructions are sent there"
 
 
 SETTINGS = (
-    Setting("scene", str, "simulated, example, or an existing scene file or recording", _scene),
-    Setting("objects", str, f"{', '.join(LIBRARIES)}, or an existing folder of meshes", _objects),
+    Setting("scene", str, "simulated, example, or an existing scene file or recording", _scene, _only_inside),
+    Setting("objects", str, f"{', '.join(LIBRARIES)}, or an existing folder of meshes", _objects, _only_inside),
     Setting("model", str, LEGAL_NAMES, _one_of(*PLANNERS)),
-    Setting("weights", str, "an existing folder of checkpoints", _existing_folder),
-    Setting("seed", int, "a whole number of at least 0", _at_least(0)),
+    Setting("weights", str, "an existing folder of checkpoints", _existing_folder, _nothing),
+    Setting("seed", int, f"a whole number from 0 to {MOST_SEED}", _within(0, MOST_SEED)),
     Setting("parser", str, "embedding, llm", _one_of("embedding", "llm")),
     Setting("viewpoint", str, "robot, opposite", _one_of("robot", "opposite")),
-    Setting("encoder", str, "a sentence encoder's folder or name", _model_name),
-    Setting("llm_model", str, "a model folder or name", _model_name),
-    Setting("llm_url", str, "an http or https address", _web_address),
+    Setting("encoder", str, "a sentence encoder's folder or name", _model_name, _no_folder),
+    Setting("llm_model", str, "a model folder or name", _model_name, _no_folder),
+    Setting("llm_url", str, "an http or https address", _web_address, _only_here),
     Setting("execute", bool, "true, false", lambda value, folder: value),
-    Setting("workers", int, "a whole number of at least 1", _at_least(1)),
+    Setting("workers", int, f"a whole number from 1 to {MOST_WORKERS}", _within(1, MOST_WORKERS)),
 )
 BY_NAME = {setting.name: setting for setting in SETTINGS}

@@ -11,6 +11,7 @@ import pytest
 from agent.batch.index_page import index_page, outcome_of
 from agent.batch.rows import BadRow, Row
 from agent.pipeline.run import RunOptions
+from agent.rendering.image_files import FORMAT
 
 OPTIONS = RunOptions()
 LINE, CIRCLE = {"kind": "structure", "shape": "line"}, {"kind": "structure", "shape": "circle"}
@@ -204,3 +205,14 @@ def test_two_thousand_rows_are_cheap(tmp_path):
     print(json.dumps({"cpu_seconds": round(seconds, 3), "megabytes": round(size / 1e6, 2)}))
     assert page.count("<li id=") == 2000 and page.count('loading="lazy"') == 4500
     assert seconds < 2.0 and size < 4e6
+
+
+@pytest.mark.parametrize("report", ["javascript:alert(1)", "//example.org/x", "../../x.html", "/etc/passwd", 'a"b'])
+def test_links_lead_to_the_rows_own_report_whatever_its_result_says(report, tmp_path):
+    ended = result("mine", 0, None, LINE) | {"report": report}
+    (tmp_path / "rows" / "mine").mkdir(parents=True)
+    (tmp_path / "rows" / "mine" / f"scene-before.{FORMAT}").write_bytes(b"")
+    page = Page(index_page([row("mine")], {"mine": ended}, tmp_path))
+    card = page.cards["mine"]
+    assert set(card["links"]) == {"#row-mine", "rows/mine/report.html"}
+    assert card["pictures"] == [f"rows/mine/scene-before.{FORMAT}"]

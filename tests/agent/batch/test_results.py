@@ -17,8 +17,18 @@ from tests.counting import CountedBytes, Steps
 
 
 def result(row_id: str, **more: object) -> dict:
-    line = {"id": row_id, "line": 1, "fingerprint": "0", "success": True, "exit_code": 0, "report": None, "seconds": {}}
-    return line | more
+    return {
+        "id": row_id, "line": 1, "text": "stack the cans", "seed": 7, "model": "diffusion", "fingerprint": "0" * 16,
+        "success": True, "exit_code": 0, "step": None, "message": None,
+        "spec": {"shape": "tower", "size": None, "x_position": None, "y_position": None, "rotation": None},
+        "goal": {"parts": [{"kind": "structure", "shape": "tower", "objects": ["can"]}]},
+        "rank": 1, "score": 0.5, "failure_class": None,
+        "checks": [{"name": "objects in the tower", "passed": True, "measured": 2, "limit": ">= 2"}],
+        "report": None, "seconds": {"parse": 1, "total": 2.5},
+    } | more  # fmt: skip
+
+
+FAILED = {"success": False, "exit_code": 4, "step": "check", "message": "it falls"}
 
 
 def test_results_are_found_again(tmp_path):
@@ -31,7 +41,7 @@ def test_results_are_found_again(tmp_path):
 
 def test_of_two_lines_with_one_id_the_later_holds(tmp_path):
     with Results(tmp_path) as results:
-        results.add(result("a", success=False))
+        results.add(result("a", **FAILED))
         results.add(result("a"))
     with Results(tmp_path) as results:
         assert results.by_id["a"]["success"]
@@ -83,11 +93,14 @@ def test_a_report_is_moved_into_place_and_replaces_the_earlier_one(tmp_path):
     with Results(tmp_path) as results:
         for name in ("first", "second"):
             results.workplace("a").mkdir()
-            (results.workplace("a") / f"{name}.html").write_text("")
-            results.add(result("a", report=f"rows/a/{name}.html"))
+            (results.workplace("a") / f"{name}.webp").write_text("")
+            assert not (name == "first" and results.has_report(result("a", report="rows/a/report.html")))
+            (results.workplace("a") / "report.html").write_text(name)
+            results.add(result("a", report="rows/a/report.html"))
             assert results.has_report(results.by_id["a"])
-        assert sorted(path.name for path in (tmp_path / "rows" / "a").iterdir()) == [".structagent.json", "second.html"]
-        results.add(result("a", success=False))
+        there = sorted(path.name for path in (tmp_path / "rows" / "a").iterdir())
+        assert there == [".structagent.json", "report.html", "second.webp"]
+        results.add(result("a", **FAILED))
         assert not (tmp_path / "rows" / "a").exists()
 
 
@@ -220,11 +233,70 @@ def test_a_link_in_the_place_of_a_file_of_the_batch_is_not_followed(name, tmp_pa
     assert not outside.exists()
 
 
-@pytest.mark.parametrize("key, value", [("id", ["a"]), ("id", None), ("seconds", 3), ("report", 7), ("success", "yes")])
-def test_results_of_another_kind(key, value, tmp_path):
-    (tmp_path / RESULTS).write_text(json.dumps(result("a") | {key: value}) + "\n")
-    with pytest.raises(BadInput, match=f"line 1: {key} cannot be"):
+WRONG = [
+    ("id", ["a"]), ("id", None), ("id", "../a"), ("id", "a/b"), ("id", 'a"><script>'), ("id", ""), ("id", "é"),
+    ("line", 0), ("line", 1.5), ("line", True), ("text", 3), ("seed", -1), ("seed", "7"), ("seed", 2**63),
+    ("model", ["diffusion"]), ("fingerprint", "0"), ("fingerprint", 7), ("success", "yes"), ("success", 1),
+    ("exit_code", None), ("exit_code", 99), ("exit_code", 4), ("exit_code", "0"), ("step", {}), ("message", ["?"]),
+    ("spec", []), ("spec", {"shape": "heart"}), ("spec", {"shape": 3}), ("spec", {"colour": "red"}),
+    ("goal", "tower"), ("goal", {"parts": [{"kind": "structure", "shape": "heart"}]}), ("goal", {"parts": 3}),
+    ("rank", 0), ("rank", "first"), ("score", float("nan")), ("score", float("inf")), ("score", "good"),
+    ("failure_class", 3), ("checks", None), ("checks", {}), ("checks", [{}]), ("checks", ["fine"]),
+    ("checks", [{"name": "a", "passed": "no", "measured": 1, "limit": ""}]),
+    ("checks", [{"name": "a", "passed": True, "measured": float("nan"), "limit": ""}]),
+    ("report", 7), ("report", "javascript:alert(1)"), ("report", "rows/a/../../x.html"), ("report", "/etc/passwd"),
+    ("report", "rows/b/report.html"), ("report", "https://example.org"), ("report", ""),
+    ("report", "rows/a/report.html#"),
+    ("seconds", 3), ("seconds", {}), ("seconds", {"total": "1"}), ("seconds", {"total": float("nan")}),
+    ("seconds", {"total": -1}), ("seconds", {"total": 10**400}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "value"), WRONG)
+def test_a_line_that_somebody_edited_is_named_and_costs_no_other(key, value, tmp_path, capsys):
+    lines = [json.dumps(each) for each in (result("first"), result("a") | {key: value}, result("last"))]
+    (tmp_path / RESULTS).write_text("\n".join(lines) + "\n")
+    with Results(tmp_path) as results:
+        assert set(results.by_id) == {"first", "last"}
+    (said,) = capsys.readouterr().err.splitlines()
+    named = "success" if (key, value) == ("exit_code", 4) else key
+    assert f"{str(tmp_path / RESULTS)!r}, line 2: {named}" in said and said.endswith("the row is carried out again")
+    with Results(tmp_path):
+        assert capsys.readouterr().err == ""  # it is gone
+
+
+@pytest.mark.parametrize("key", sorted(set(result("a")) - {"goal"}))
+def test_every_key_is_needed(key, tmp_path, capsys):
+    less = {name: value for name, value in result("a").items() if name != key}
+    (tmp_path / RESULTS).write_text("\n".join(map(json.dumps, (result("b"), less, result("c")))))
+    with Results(tmp_path) as results:
+        assert set(results.by_id) == {"b", "c"}
+    assert f"line 2: {key} is missing" in (said := capsys.readouterr().err) or "line 2: this is no result" in said
+
+
+def test_whatever_else_stands_between_results_costs_no_other(tmp_path, capsys):
+    Results(tmp_path).close()
+    lines = ["notes of mine", json.dumps(result("a")), "[1]", "{", "", "[" * 100_000, json.dumps(result("b"))]
+    (tmp_path / RESULTS).write_bytes(b"\xef\xbb\xbf" + "\n".join(lines).encode() + b'\n{"id": "torn')
+    with Results(tmp_path) as results:
+        assert set(results.by_id) == {"a", "b"}
+    said = capsys.readouterr().err.splitlines()
+    assert [line.partition(", line ")[2].partition(":")[0] for line in said] == ["1", "3", "4", "6"]
+
+
+def test_results_of_before_there_were_goals_are_kept(tmp_path):
+    before = {key: value for key, value in result("a").items() if key != "goal"}
+    (tmp_path / RESULTS).write_text(json.dumps(before) + "\n")
+    with Results(tmp_path) as results:
+        assert set(results.by_id) == {"a"}
+
+
+def test_where_no_line_is_a_result_the_file_stays(tmp_path):
+    content = json.dumps(result("a", report="javascript:alert(1)")) + "\n"
+    (tmp_path / RESULTS).write_text(content)
+    with pytest.raises(BadInput, match="line 1: report must be null or 'rows/a/report.html'; choose another --out"):
         Results(tmp_path)
+    assert (tmp_path / RESULTS).read_text() == content
 
 
 def test_resuming_reads_every_result_once_and_copies_no_more_of_each_however_many_there_are(tmp_path, monkeypatch):

@@ -13,10 +13,11 @@ from pathlib import Path
 import pytest
 
 from agent.batch import rows
-from agent.batch.rows import LARGEST_SEED, BadRow, Row, fingerprint, read_rows
+from agent.batch.rows import BadRow, Row, fingerprint, read_rows
 from agent.errors import BadInput, UsageError
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.pipeline.run import RunOptions
+from agent.runtime.settings import MOST_SEED
 from grounding.parsers.llm_reply import LLMError
 from tests.counting import counted_calls
 
@@ -83,8 +84,8 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ('{"text": "a", "scene": "nowhere.yaml"}', 6, ('scene cannot be "nowhere.yaml"', "simulated")),
         ('{"text": "a", "objects": "nowhere"}', 6, ('objects cannot be "nowhere"', "ycb")),
         ('{"text": "a", "weights": "nowhere"}', 6, ('weights cannot be "nowhere"',)),
-        ('{"text": "a", "seed": -1}', 2, ("seed cannot be -1", "at least 0")),
-        (f'{{"text": "a", "seed": {LARGEST_SEED + 1}}}', 2, ("seed cannot be", str(LARGEST_SEED))),
+        ('{"text": "a", "seed": -1}', 2, ("seed cannot be -1", "from 0 to")),
+        (f'{{"text": "a", "seed": {MOST_SEED + 1}}}', 2, ("seed cannot be", str(MOST_SEED))),
         ('{"text": "a", "model": "oracle"}', 2, ('model cannot be "oracle"', "diffusion", "geometric")),
         ('{"text": "a", "parser": "psychic"}', 2, ('parser cannot be "psychic"', "embedding", "llm")),
         ('{"text": "a", "viewpoint": "above"}', 2, ('viewpoint cannot be "above"', "robot", "opposite")),

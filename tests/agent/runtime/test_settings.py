@@ -60,7 +60,7 @@ def shown(capsys) -> dict[str, dict]:
 
 
 def refused(capsys, *arguments: str) -> str:
-    assert cli.command_line(list(arguments or ["config", "show"])) == 6
+    assert cli.command_line(list(arguments or ["parse", "make a line"])) == 6
     captured = capsys.readouterr()
     assert captured.out == "" and captured.err.startswith("structagent: ") and captured.err.count("\n") == 1
     return captured.err.removeprefix("structagent: ").rstrip()
@@ -132,11 +132,24 @@ def test_xdg_config_home(tmp_path, monkeypatch, capsys):
     [
         ("seed = 1\n\nsed = 2\n", 3, ("unknown key sed", "did you mean seed?", "legal: scene, objects")),
         ("seed = 1\n[evaluate]\nworkers = 2\n", 2, ("unknown key evaluate",)),
-        ("workers = 1\nseed = 'many'\n", 2, ("seed cannot be 'many'", "a whole number of at least 0")),
+        ("workers = 1\nseed = 'many'\n", 2, ("seed cannot be 'many'", "a whole number from 0 to 9223372036854775807")),
         ("seed = true\n", 1, ("seed cannot be True",)),
         ("seed = 1.5\n", 1, ("seed cannot be 1.5",)),
         ("seed = -1\n", 1, ("seed cannot be -1",)),
-        ("workers = 0\n", 1, ("workers cannot be 0", "at least 1")),
+        ("seed = 9223372036854775808\n", 1, ("seed cannot be 9223372036854775808", "to 9223372036854775807")),
+        ("workers = 0\n", 1, ("workers cannot be 0", "from 1 to 1024")),
+        ("workers = 100000\n", 1, ("workers cannot be 100000", "from 1 to 1024")),
+        ("workers = inf\n", 1, ("workers cannot be inf",)),
+        ("seed = 1979-05-27\n", 1, ("seed cannot be this",)),
+        ("seed = [3]\n", 1, ("seed cannot be this",)),
+        ("scene = 3\n", 1, ("scene cannot be 3",)),
+        ("scene = 'a\\0b'\n", 1, ("scene cannot be",)),
+        ('scene = "a\\u0000b"\n', 1, ("scene cannot be",)),
+        (f"objects = '{'a/' * 3000}'\n", 1, ("objects cannot be 'a/", "...; legal")),
+        ('encoder = "a\\nb"\n', 1, ("encoder cannot be 'a\\nb'",)),
+        ("llm_model = ' '\n", 1, ("llm_model cannot be",)),
+        ('llm_url = "http://127.0.0.1/v1\\nx"\n', 1, ("llm_url cannot be this", "http or https")),
+        ("llm_url = 'http://127.0.0.1:99999/v1'\n", 1, ("llm_url cannot be this",)),
         ("execute = 'no'\n", 1, ("execute cannot be 'no'", "true, false")),
         ("# who\nparser = 'psychic'\n", 2, ("'psychic'", "embedding, llm")),
         ("viewpoint = 'above'\n", 1, ("'above'", "robot, opposite")),
@@ -191,6 +204,9 @@ def test_every_verb_refuses_a_broken_file_and_still_helps(project, capsys):
     ("variable", "value", "parts"),
     [
         ("STRUCTAGENT_SEED", "many", ("STRUCTAGENT_SEED cannot be 'many'", "whole number")),
+        ("STRUCTAGENT_SEED", "-1", ("STRUCTAGENT_SEED cannot be -1",)),
+        ("STRUCTAGENT_SEED", str(2**63), (f"STRUCTAGENT_SEED cannot be {2**63}",)),
+        ("STRUCTAGENT_WORKERS", "9999", ("STRUCTAGENT_WORKERS cannot be 9999", "from 1 to 1024")),
         ("STRUCTAGENT_SED", "1", ("STRUCTAGENT_SED", "did you mean STRUCTAGENT_SEED?")),
         ("STRUCTAGENT_EXECUTE", "perhaps", ("'perhaps'", "true, false")),
         ("STRUCTAGENT_PARSER", "psychic", ("'psychic'", "embedding, llm")),
@@ -260,7 +276,7 @@ def test_a_project_that_is_trusted_names_endpoints_and_model_folders(project, ca
 @pytest.mark.parametrize(
     "folder", ["own", "./own", "../project/own", "./made_later", "~/own", "~", "/usr", "mine", "org/own", "."]
 )
-@pytest.mark.parametrize("arguments", [["config", "show"], ["parse", "a tower"], ["run", "a tower"]])
+@pytest.mark.parametrize("arguments", [["parse", "a tower"], ["run", "a tower"]])
 def test_a_project_cannot_name_the_folder_of_a_model(folder, arguments, project, tmp_path, capsys):
     """Not seen from the file, and not seen from the current folder, from which a name is looked up."""
     (project.parent / "own").mkdir()
@@ -269,6 +285,79 @@ def test_a_project_cannot_name_the_folder_of_a_model(folder, arguments, project,
     project.write_text(f'seed = 1\nllm_model = "{folder}"\n')
     sentence = refused(capsys, *arguments)
     assert sentence.startswith(f"{project}:2: llm_model of a project cannot be a folder")
+
+
+@pytest.fixture
+def outside(project, tmp_path):
+    """A folder outside the project with meshes, a scene and checkpoints, and links to it inside the project."""
+    for folder in (tmp_path / "outside", project.parent / "own"):
+        folder.mkdir()
+        (folder / "desk.yaml").write_text("")
+    (project.parent / "link").symlink_to(tmp_path / "outside")
+    (project.parent / "link.yaml").symlink_to(tmp_path / "outside" / "desk.yaml")
+    (tmp_path / "home").mkdir(exist_ok=True)
+    return tmp_path / "outside"
+
+
+@pytest.mark.parametrize(
+    ("line", "may"),
+    [
+        ("objects = 'own'", True), ("objects = 'inner/../own'", True), ("objects = 'blocks'", True),
+        ("objects = '../outside'", False), ("objects = '{outside}'", False), ("objects = 'link'", False),
+        ("objects = '~'", False), ("objects = '/'", False), ("objects = '..'", False), ("objects = 'own/../..'", False),
+        ("scene = 'own/desk.yaml'", True), ("scene = 'simulated'", True), ("scene = 'example'", True),
+        ("scene = '../outside/desk.yaml'", False), ("scene = '{outside}/desk.yaml'", False),
+        ("scene = 'link/desk.yaml'", False), ("scene = 'link.yaml'", False), ("scene = '/dev/zero'", False),
+        ("weights = 'own'", False), ("weights = '{outside}'", False), ("encoder = 'own'", False),
+        ("encoder = 'org/name'", True), ("seed = 3", True), ("execute = false", True), ("workers = 2", True),
+    ],
+)  # fmt: skip
+def test_what_a_project_may_decide(line, may, project, outside, capsys):
+    project.write_text(f"# mine\n{line.format(outside=outside)}\n")
+    name = line.split()[0]
+    if may:
+        assert shown(capsys)[name]["layer"] == "project file"
+        return
+    sentence = refused(capsys)
+    assert sentence.startswith(f"{project}:2: {name} of a project cannot be ")
+    assert f"STRUCTAGENT_{name.upper()}" in sentence and "structagent --trust-project VERB" in sentence
+    assert cli.command_line(["--trust-project", "config", "show", "--json"]) == 0
+    told = {row["name"]: row for row in json.loads(capsys.readouterr().out)["settings"]}
+    assert told[name]["layer"] == "project file"
+
+
+@pytest.mark.parametrize("line", ["objects = '{outside}'", "scene = '{outside}/desk.yaml'", "weights = '{outside}'"])
+def test_the_user_may_decide_everything(line, user, outside, capsys):
+    user.write_text(line.format(outside=outside) + "\n")
+    assert shown(capsys)[line.split()[0]]["layer"] == "user file"
+
+
+def test_every_setting_of_a_path_says_what_a_project_may_do():
+    """A new setting that takes a path must not be forgotten."""
+    free = {setting.name for setting in settings.SETTINGS if not any((
+        setting.forbidden("/", Path("/nowhere")), setting.forbidden("https://example.org", Path("/nowhere"))
+    ))}  # fmt: skip
+    assert free == {"model", "seed", "parser", "viewpoint", "execute", "workers"}
+
+
+def test_config_show_works_with_bad_files_and_says_what_is_wrong(project, user, monkeypatch, capsys):
+    user.write_text("seed = 4\nworkers = 0\n")
+    project.write_text("sed = 1\nviewpoint = 'opposite'\nweights = '/'\nparser = 3\n")
+    monkeypatch.setenv("STRUCTAGENT_EXECUTE", "perhaps")
+    assert cli.command_line(["config", "show", "--json"]) == 6
+    said = capsys.readouterr()
+    told = json.loads(said.out)
+    rows = {row["name"]: row for row in told["settings"]}
+    assert (rows["seed"]["value"], rows["viewpoint"]["value"]) == (4, "opposite")
+    assert all(rows[name]["layer"] == "default" for name in ("workers", "weights", "parser", "execute"))
+    starts = [f"{user}:2: workers", f"{project}:1: unknown key sed", f"{project}:3: weights of a project",
+              f"{project}:4: parser cannot be 3", "STRUCTAGENT_EXECUTE cannot be"]  # fmt: skip
+    assert len(told["problems"]) == len(starts) == said.err.count("structagent: ")
+    assert all(problem.startswith(start) for problem, start in zip(told["problems"], starts))
+    project.write_bytes(b"\xff")
+    assert cli.command_line(["config", "show"]) == 6
+    said = capsys.readouterr()
+    assert "seed" in said.out and f"{project}:1: this is not UTF-8 text" in said.err
 
 
 def test_users_name_model_folders(project, user, monkeypatch, capsys):
@@ -335,13 +424,15 @@ def test_the_key_is_sent_to_the_host_that_the_user_named(
     assert keys == ["Bearer hunter2" if sent else None]
 
 
-def test_paths_start_from_the_file(project, tmp_path, monkeypatch, capsys):
+def test_paths_start_from_the_file(project, user, tmp_path, monkeypatch, capsys):
     (project.parent / "runs").mkdir()
     (project.parent / "desk.yaml").write_text("")
     (tmp_path / "home" / "meshes").mkdir(parents=True)
-    project.write_text('weights = "runs"\nscene = "desk.yaml"\nobjects = "~/meshes"\nllm_model = "org/name"\n')
+    (user.parent / "runs").mkdir()
+    project.write_text('scene = "desk.yaml"\nllm_model = "org/name"\n')
+    user.write_text('weights = "runs"\nobjects = "~/meshes"\n')
     rows = shown(capsys)
-    assert rows["weights"]["value"] == str(project.parent / "runs")
+    assert rows["weights"]["value"] == str(user.parent / "runs")
     assert rows["scene"]["value"] == str(project.parent / "desk.yaml")
     assert rows["objects"]["value"] == str(tmp_path / "home" / "meshes")
     assert rows["llm_model"]["value"] == "org/name"
