@@ -27,7 +27,7 @@ $(VENV)/.installed: pyproject.toml scripts/prepare.sh scripts/install.sh $(LOCKS
 	touch $@
 
 $(VENV)/.installed-for-tests: pyproject.toml scripts/prepare.sh scripts/install.sh $(LOCKS)
-	bash scripts/prepare.sh $(VENV)
+	bash scripts/prepare.sh $(VENV) test
 	bash scripts/install.sh $(VENV) test
 	touch $@ $(VENV)/.installed
 

@@ -2,15 +2,24 @@
 
 import sys
 
-from agent.runtime.stdio import end_when_nobody_reads
+from agent.runtime.interruption import INTERRUPTED, handle_interruptions, ignore_further_interruptions
+
+handle_interruptions()  # before anything else is imported
 
 
 def main() -> None:
     """Run the command line; end quietly when its output is no longer read, as in `structagent ... | head`."""
-    end_when_nobody_reads()
     try:
+        from agent.runtime.stdio import end_when_nobody_reads
+
+        end_when_nobody_reads()
         _command_line()
+    except KeyboardInterrupt:  # before the command line could take it
+        ignore_further_interruptions()
+        print("structagent: interrupted", file=sys.stderr)
+        sys.exit(INTERRUPTED)
     finally:
+        ignore_further_interruptions()
         for stream in (sys.stdout, sys.stderr):
             stream.flush()  # here, because a later failure would be reported as a defect of the interpreter
 

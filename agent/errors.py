@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import traceback
+from pathlib import Path
 
 DONE = 0
 DEFECT = 1  # of the program itself
@@ -14,6 +17,7 @@ BAD_INPUT = 6
 NOT_VERIFIED = 7
 PARTLY_DONE = 8
 INTERRUPTED = 130
+ENDED_FROM_OUTSIDE = (INTERRUPTED, 143, 129)  # by Ctrl-C, SIGTERM, or SIGHUP: 128 and the number of the signal
 
 
 class AgentError(Exception):
@@ -111,3 +115,20 @@ def one_sentence(error: BaseException) -> str:
         reason = f"{error.strerror[:1].lower()}{error.strerror[1:]}"
         return f"{str(error.filename)!r}: {reason}" if error.filename else reason
     return " ".join(str(error).split()) or type(error).__name__
+
+
+def is_defect(error: Exception) -> bool:
+    """Return whether an error is one of the program itself: it cannot be mended by other input or more memory."""
+    return exit_code_of(error) in (None, DEFECT) and not isinstance(error, MemoryError | ImportError)
+
+
+def defect_sentence(error: BaseException) -> str:
+    """Return a sentence for an error of the program itself: its kind, and the innermost place in our packages."""
+    root = Path(__file__).parents[1]
+    ours = tuple(str(root / package) + os.sep for package in ("agent", "grounding", "structdiffusion"))
+    places = [
+        f", at {Path(frame.filename).relative_to(root).as_posix()} line {frame.lineno}"
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename.startswith(ours)
+    ]
+    return f"a defect of structagent, {type(error).__name__}: {one_sentence(error)}{places[-1] if places else ''}"

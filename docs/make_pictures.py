@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 INSTRUCTION = "put the cups in a small circle on the left"
 RUN_SEED = 2  # the scene of `make demo`: four cups
-CHAT_SEED = 4  # a table with cups of three colours, on the right
+CHAT_SEED = 4
 CONVERSATION = (INSTRUCTION, "bigger")
 
 COLUMNS, ROWS = 80, 100

@@ -18,7 +18,8 @@ from typing import Any
 from grounding.corpus.grammar import all_sentences, split_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.parse_result import Parse
+from grounding.instruction_files import JSON, InstructionFileError, read_entries
+from grounding.parse_result import DEFECT, Parse
 from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SHAPES, SLOTS, StructureSpec
 
 CALIBRATION_BINS = 10
@@ -86,7 +87,7 @@ def load_rows(path: str | Path) -> list[Row]:
     Raises:
         BenchmarkError: for a line that is not a row; OSError for a file that cannot be read.
     """
-    rows = [_row(line, f"{path}, line {number}") for number, line in read_lines(path)]
+    rows = [_row(line, where) for where, line in read_lines(path)]
     if not rows:
         raise BenchmarkError(
             f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse"
@@ -94,8 +95,8 @@ def load_rows(path: str | Path) -> list[Row]:
     return rows
 
 
-def read_lines(path: str | Path) -> list[tuple[int, str]]:
-    """Read the lines of a JSON-lines file that are not blank, each with its number from 1.
+def read_lines(path: str | Path) -> list[tuple[str, str]]:
+    """Read the rows of a file of JSON lines, or of a JSON array, each with the words for its place.
 
     Raises:
         BenchmarkError: for a file that is too large or not UTF-8; OSError for one that cannot be read.
@@ -105,10 +106,12 @@ def read_lines(path: str | Path) -> list[tuple[int, str]]:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise BenchmarkError(f"{path} has more than {MOST_BYTES} bytes, and no more are read; divide it")
-        lines = content.decode("utf-8").splitlines()
+        entries = read_entries(content, JSON)
+        return [(f"{path}, {entries.unit} {entry.number}", entry.content.decode("utf-8")) for entry in entries.rows]
+    except InstructionFileError as error:
+        raise BenchmarkError(f"{path} {error}") from None
     except UnicodeDecodeError as error:
         raise BenchmarkError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}") from error
-    return [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
 
 
 def _row(line: str, where: str) -> Row:
@@ -187,6 +190,8 @@ def _along_as_position(goal: Goal) -> StructureSpec | None:
 
 def is_exact(row: Row, parse: Parse) -> bool:
     """Tell whether the instruction was refused as it must be, or every slot has an acceptable value."""
+    if parse.status == DEFECT:
+        return False
     if row.refuse or parse.status == "refused":
         return row.refuse and parse.status == "refused"
     return all(value in row.acceptable[slot] for slot, value in parse.spec.to_dict().items())
@@ -217,7 +222,7 @@ def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
     read = [
         (row, parse, parse.spec.to_dict())
         for row, parse in pairs
-        if not row.refuse and parse.status != "refused"
+        if not row.refuse and parse.status not in ("refused", DEFECT)
     ]
     must_stay_open = [
         spec[slot] is not None for row, _, spec in read for slot in SLOTS if row.acceptable[slot] == (None,)

@@ -33,6 +33,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.parse_result import OBJECT, REFUSALS, Parse, Question, refusal
 from grounding.references.attributes import SceneObject
+from grounding.references.object_names import as_named
 from grounding.references.selection import (
     AmbiguousReferenceError,
     Selection,
@@ -106,7 +107,7 @@ class Interpretation:
         if self._refused is None or self._second is None:
             return ()
         objects, requested = self._refused
-        goals = suggested_goals(self._second.likeliest(self.parse.text, objects), requested)
+        goals = suggested_goals(self._second.likeliest(_as_named(self.parse.text, objects), objects), requested)
         return tuple(goal.turned() for goal in goals) if self.viewpoint == "opposite" else goals
 
     def among(self, objects: Sequence[SceneObject | str | None], catalogue: bool = False) -> Interpretation:
@@ -127,7 +128,10 @@ class Interpretation:
         self, objects: Sequence[SceneObject | str | None] | None = None, catalogue: bool = False
     ) -> Interpretation:
         """Read what goes beyond the five slots, and select the objects where they are known; see `among`."""
-        started = time.perf_counter()
+        started, text = time.perf_counter(), self.parse.text
+        if (named := _as_named(text, objects)) != text:
+            found = replace(self, parse=replace(self.parse, text=named)).read(objects, catalogue)
+            return replace(found, parse=replace(found.parse, text=text))
         whole, reading = self._of_several_parts(objects, catalogue, started)
         if whole is not None and reading.fallback and self._default is not None:
             found = self._default().read(objects, catalogue)
@@ -284,6 +288,10 @@ class Interpretation:
             "viewpoint": self.viewpoint,
             "seconds": round(self.seconds, 4),
         }
+
+
+def _as_named(text: str, objects: Sequence[SceneObject | str | None] | None) -> str:
+    return as_named(text, [each.name if isinstance(each, SceneObject) else each for each in objects or ()])
 
 
 def _unused(first: GoalReading) -> str:

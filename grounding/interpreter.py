@@ -20,6 +20,7 @@ from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.interpretation import Interpretation
+from grounding.instruction_files import looks_like_json
 from grounding.parse_result import Parse, Parser, shortened, unreadable
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.parsers.spelling import mend
@@ -173,17 +174,23 @@ class Interpreter:
 
     def _parses(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
         """Parse as `parse_batch` does; return with each the reason for the fallback, or ""."""
-        foreign = [None if not text.strip() else foreign_language(text, partial(self._mended, text)) for text in texts]
-        english = [text for text, language in zip(texts, foreign, strict=True) if language is None]
-        answers = iter(self._answers(english))
+        refused = [self._why_unreadable(text) for text in texts]
+        answers = iter(self._answers([text for text, why in zip(texts, refused, strict=True) if not why]))
         parses = []
-        for text, language in zip(texts, foreign, strict=True):
-            if language:
-                parses.append((unreadable(text, _not_english(text, language), self.name), self.fallback))
+        for text, why in zip(texts, refused, strict=True):
+            if why:
+                parses.append((unreadable(text, why, self.name), self.fallback))
             else:
                 parse, fallback = next(answers)
                 parses.append((checked(parse, partial(self._mended, text)), fallback))
         return parses
+
+    def _why_unreadable(self, text: str) -> str:
+        """Say why a text is not for a parser: data, or another language; "" for any other."""
+        if looks_like_json(text):
+            return f"{shortened(text)!r} is JSON, and no instruction; say what to build, as 'a small circle'"
+        language = foreign_language(text, partial(self._mended, text)) if text.strip() else None
+        return _not_english(text, language) if language else ""
 
     def _answers(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
         """Parse texts in English, with the other parser if the configured one fails, and return the reason."""

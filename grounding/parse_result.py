@@ -13,6 +13,7 @@ from typing import Protocol
 from grounding.spec import SHAPES, SLOTS, SLOTS_OF_SHAPE, StructureSpec
 
 STATUSES = ("ok", "ask", "refused")
+DEFECT = "defect"  # of a text at which the program itself failed: nothing is known of what it asks for
 # Why an instruction is refused, and what is said of it.
 REFUSALS: Mapping[str, str] = {
     "idle": "asks for no arrangement",

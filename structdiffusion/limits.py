@@ -7,26 +7,49 @@ truncated silently. Every limit is far above what recorders, scanners and traine
 from __future__ import annotations
 
 import errno
-import json
-import struct
 from pathlib import Path
-from typing import Any
 
 # --- recordings ------------------------------------------------------------------------------
 
 # Bytes that one packed piece of a bag (a chunk or a message) may unpack to: recorders pack 1 to 16 MB at once, and a
-# piece is held in memory as a whole, together with what is made of it.
+# piece is held in memory as a whole, together with what is made of it. A small bag's piece may become as large as
+# eight of its pictures at most, or as `BAG_UNPACKED_TIMES` says.
 BAG_PIECE_BYTES = 256_000_000
+BAG_SMALL_PIECE_BYTES = 32_000_000
 # Bytes that all pieces of an open bag may unpack to together, whatever its size, and how many times its size they may
 # have in a larger one. A few bytes of bz2 or zstd can stand for gigabytes; sensors' data shrink to a tenth at best, and
 # every topic is read in a pass of its own, so that a piece counts as often as it is unpacked.
-BAG_UNPACKED_BYTES = 2_000_000_000
+BAG_UNPACKED_BYTES = 512_000_000
 BAG_UNPACKED_TIMES = 200
+# Messages of an open bag that are read, likewise, and how many for each byte of a larger one. A message has 30 bytes,
+# and about 10 where it is packed; each is read several times.
+BAG_MESSAGES = 300_000
+BAG_MESSAGES_A_BYTE = 4
+# Records of pieces that become more than `BAG_UNPACKED_TIMES` larger than they are: such pieces hold flat pictures, and
+# not many of them.
+BAG_DENSE_RECORDS = 300_000
+# Steps of SQLite in an open bag, and for each byte of a larger one; a row that is read takes about 50.
+BAG_DATABASE_STEPS = 50_000_000
+BAG_DATABASE_STEPS_A_BYTE = 1_000
+# Bytes of a message without pictures and points, and of one with transforms, of which 10,000 have 1 MB.
+BAG_SMALL_MESSAGE_BYTES = 1_000_000
+BAG_TRANSFORMS_BYTES = 32_000_000
+# Fields of a point in a cloud: drivers have up to 20.
+BAG_POINT_FIELDS = 1_000
 # Bytes of temporary files that an open ROS 2 folder of packed files may need, and how many times their size.
 BAG_FILE_BYTES = 128_000_000
 BAG_FILE_TIMES = 50
-# Bytes of one message in an SQLite database, which can claim data of any size that it makes up itself.
-BAG_MESSAGE_BYTES = 256_000_000
+
+# Points of a cloud, and pixels of a picture, that are read at all: industrial depth cameras have 8 million, and 20
+# million points take 1 to 2 GB on the way to objects.
+MOST_POINTS = 20_000_000
+MOST_PIXELS = 20_000_000
+# Pixels of all pictures that are looked at for one measurement, unless the first has more: five of 8 million.
+MOST_PIXELS_TOGETHER = 40_000_000
+# Bytes of a file with a picture: as many pixels of four floats have more, and nobody writes such.
+PICTURE_BYTES = 256_000_000
+# Bytes that the points of a compressed cloud unpack to: 20 million with colours and normals have 960 MB.
+CLOUD_UNPACKED_BYTES = 1_000_000_000
 
 # --- texts -----------------------------------------------------------------------------------
 
@@ -63,11 +86,15 @@ MESH_FACES = 600_000
 # less than a depth camera can tell. The hull of a round mesh has a corner at every vertex, and time and memory grow
 # with them: 327,680 faces took 25 s and 870 MB.
 MESH_FINE_FACES = 60_000
-# Seconds on the clock for preparing one mesh of more than `SLOW_BYTES`, or more than `MESH_FINE_FACES` in a .glb file:
+# Seconds on the clock for preparing one mesh of more than `SLOW_BYTES`, or more than `MESH_FINE_FACES` in a glTF file:
 # 327,680 faces take 6 s of a processor's time, and nine times that where six programs want it.
 MESH_SECONDS = 120.0
-# Bytes of the text that begins a .glb file, which says what its numbers mean.
-GLB_TEXT_BYTES = 10_000_000
+# Bytes of the text that begins a .glb file, which says what its numbers mean; and the nodes of a mesh file.
+GLTF_TEXT_BYTES = 10_000_000
+MESH_NODES = 20_000
+# Meshes in a folder and its subfolders, and files that are looked at there: a home folder is none of meshes.
+FOLDER_MESHES = 1_000
+FOLDER_FILES = 20_000
 # Distances that are held in memory at once: 32 MB of them.
 DISTANCES_AT_ONCE = 4_000_000
 
@@ -86,7 +113,7 @@ CONFIG_NUMBER = 8_192
 # Layers of a network: ours have 4.
 CONFIG_LAYERS = 64
 # Trainable numbers of a network, 4 bytes each: ours have 2 million.
-PARAMETERS = 200_000_000
+PARAMETERS = 50_000_000
 # Bytes of a checkpoint's weights: those of as many numbers.
 WEIGHTS_BYTES = 4 * PARAMETERS
 
@@ -102,38 +129,3 @@ def read_at_most(path: Path, most: int) -> bytes:
     if len(content) > most:
         raise OSError(errno.EFBIG, f"it has more than {most} bytes, and no more are read", str(path))
     return content
-
-
-def glb_faces(path: Path, longest_text: int = GLB_TEXT_BYTES) -> int:
-    """Return the approximate number of faces in a .glb file's scene, each mesh counted as often as it is placed.
-
-    A file of a kilobyte can place a mesh a million times, or claim numbers that are not in it.
-
-    Raises:
-        ValueError: if it is not a .glb file, or its text is longer than `longest_text` bytes.
-    """
-    with path.open("rb") as file:
-        header = file.read(20)
-        if len(header) < 20 or header[:4] != b"glTF":
-            raise ValueError("it does not begin as a .glb file does")
-        (length,) = struct.unpack("<I", header[12:16])
-        if length > longest_text:
-            raise ValueError(f"its text has {length} bytes; at most {longest_text} are read")
-        content = json.loads(file.read(length))
-    try:
-        faces = [
-            sum(_primitive_faces(content, part) for part in mesh["primitives"]) for mesh in content.get("meshes", [])
-        ]
-        placed = [node["mesh"] for node in content.get("nodes", []) if "mesh" in node]
-        return max(sum(faces), sum(faces[mesh] for mesh in placed))
-    except (LookupError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError("its text is damaged") from error
-
-
-def _primitive_faces(content: dict[str, Any], part: dict[str, Any]) -> int:
-    accessor = part["indices"] if "indices" in part else part["attributes"]["POSITION"]
-    count = content["accessors"][accessor]["count"]
-    points = content["accessors"][part["attributes"]["POSITION"]]["count"]
-    if not (isinstance(count, int) and isinstance(points, int)):
-        raise TypeError
-    return max(count, points) // 3

@@ -12,6 +12,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.util import get_temp_dir
 from typing import Any
@@ -19,6 +20,7 @@ from typing import Any
 from structdiffusion.simulation.pybullet_import import import_pybullet_silently
 
 WORKER_DIED = "worker died"
+_ENDING = {signal.SIGTERM, signal.SIGHUP}
 READY, RESULT, ERROR = "ready", "result", "error"  # what a worker process says
 
 
@@ -59,6 +61,24 @@ def safe_path() -> Iterator[None]:
             os.environ["PYTHONSAFEPATH"] = before
 
 
+@contextmanager
+def without_interruptions() -> Iterator[None]:
+    """Let processes that start meanwhile never be interrupted: Ctrl-C reaches the whole terminal, and what to do about it
+    is for this process alone to decide. It is interrupted or ended afterwards, because a process that gets only half of
+    its work ends with a traceback.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    # Starting the tracker ends with allowing interruptions again, so it must run before a server is started.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *_ENDING})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class WorkerProcess:
     """A worker process, for pickled `Work`.
 
@@ -72,13 +92,8 @@ class WorkerProcess:
         self.pipe, theirs = context.Pipe()
         self.job: tuple[int, Any] | None = None
         self._process = context.Process(target=_serve, args=(theirs, work, get_temp_dir()), daemon=True)
-        # Ctrl-C reaches the whole terminal: what to do about it is for this process alone to decide.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            with safe_path():
-                self._process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        with safe_path(), without_interruptions():
+            self._process.start()
         theirs.close()
 
     def give(self, number: int, job: Any) -> None:
@@ -113,8 +128,7 @@ def _death(exit_code: int | None) -> str:
 
 def _serve(pipe: Connection, work: bytes, folder: str) -> None:
     """Be a worker process: `work` is a pickled `Work`, `folder` the temporary folder with the socket of the server."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _end_with_parent(folder)
+    serve_parent(folder)
     try:
         import_pybullet_silently()
         worker = Worker(pickle.loads(work))
@@ -153,8 +167,15 @@ class Worker:
         return self._task(self._loaded, job)
 
 
-def _end_with_parent(folder: str) -> None:
-    """Let this worker process end when the process that started it has ended, however that came."""
+def serve_parent(folder: str) -> None:
+    """Let this process ignore Ctrl-C and a closed terminal, but not SIGTERM, and end when the process that started it has ended, however that came.
+
+    Args:
+        folder: the temporary folder of that process (`get_temp_dir`), which is removed then.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # a closed terminal reaches all of them likewise
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
     threading.Thread(target=_wait_for_parent, args=(folder,), daemon=True).start()
 
 

@@ -36,7 +36,9 @@ def test_standard_input_and_the_environment_are_the_commands_own(tmp_path):
     assert "7" in done(structagent("config", "show"), tmp_path)[1]
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, -15), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGKILL, -9)]
+)
 def test_signals_reach_it(number, code, tmp_path):
     process = subprocess.Popen(
         structagent("parse", "--json"), cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE,

@@ -10,7 +10,14 @@ PACKAGES = ("agent", "grounding", "structdiffusion")
 # From the bottom up. What stands in one row does not import each other.
 LAYERS = (
     ("agent", "grounding", "structdiffusion"),  # docstring and version of each package
-    ("grounding.lazy_pattern", "grounding.linear_algebra", "grounding.structure_words"),
+    (
+        "grounding.atomic_files",
+        "grounding.instruction_files",
+        "grounding.lazy_pattern",
+        "grounding.linear_algebra",
+        "grounding.structure_words",
+        "grounding.untrusted_files",
+    ),
     ("agent.errors", "agent.event_base", "grounding.spec", "structdiffusion.geometry", "structdiffusion.limits"),
     (
         "structdiffusion.evaluation_protocol",

@@ -17,17 +17,18 @@ import re
 import shutil
 import tempfile
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput
-from agent.runtime.atomic_files import write_whole
-from agent.runtime.jsonl_journal import Journal, entry_of, locked
+from agent.runtime.atomic_files import OpenFolder, opened
+from agent.runtime.jsonl_journal import Journal, entry_of, locked_folder
 from agent.runtime.output_ownership import (
     MARKER,
-    check_own_folder,
+    check_opened,
     check_subfolder,
+    claim_folder,
     files_written,
     mark,
     remove_written,
@@ -66,22 +67,25 @@ class Results:
     def __init__(self, folder: Path, force: bool = False) -> None:
         self.folder, self.path, self._rows = folder, folder / RESULTS, folder / ROWS
         _check_results(self.path)
-        check_own_folder(folder, "batch", force)
-        self._lock = locked(folder, "batch")
-        try:
+        claim_folder(folder, "batch", force)
+        with ExitStack() as until_open:
+            self._place = until_open.enter_context(locked_folder(folder, "batch"))
+            check_opened(self._place, "batch")
+            mark(self._place, "batch", (RESULTS, PAGE))  # first: what is killed behind this can be resumed
             check_subfolder(self._rows)
             self._rows.mkdir(exist_ok=True)
-            self._journal = Journal(self.path, _KEYS, "result of a batch")
+            self._rows_place = until_open.enter_context(opened(Path(ROWS), self._place))
+            self._journal = Journal(self._place, RESULTS, _KEYS, "result of a batch")
+            until_open.callback(lambda: self._journal.close())
             for number, entry in enumerate(self._journal.entries, start=1):
                 if wrong := next((key for key, kinds in _KINDS.items() if not isinstance(entry[key], kinds)), None):
                     where = f"{str(self.path)!r}, line {number}"
                     raise BadInput(f"{where}: {wrong} cannot be {entry[wrong]!r}; choose another --out")
             self._sweep()
             self._work = Path(tempfile.mkdtemp(prefix=_WORK, dir=folder))
-            mark(folder, "batch", (RESULTS, PAGE))
-        except BaseException:
-            os.close(self._lock)
-            raise
+            until_open.callback(shutil.rmtree, self._work, ignore_errors=True)
+            self._work_place = until_open.enter_context(opened(Path(self._work.name), self._place))
+            self._open = until_open.pop_all()
         self.by_id: dict[str, dict[str, Any]] = {result["id"]: result for result in self._journal.entries}
 
     def __enter__(self) -> Results:
@@ -92,9 +96,7 @@ class Results:
 
     def close(self) -> None:
         """Unlock the folder for other batches."""
-        shutil.rmtree(self._work, ignore_errors=True)
-        self._journal.close()
-        os.close(self._lock)
+        self._open.close()
 
     def workplace(self, row_id: str) -> Path:
         """Return the path at which the report of a row is written before it is moved into place; it does not exist yet.
@@ -106,7 +108,8 @@ class Results:
         final = self._rows / row_id
         check_subfolder(final)
         if final.exists():
-            foreign = {entry.name for entry in os.scandir(final)} - files_written(final, "run")
+            with opened(Path(row_id), self._rows_place) as place:
+                foreign = set(place.names()) - files_written(place, "run")
             if taken := sorted(name for name in foreign if name in _NAMES):
                 raise BadInput(
                     f"{str(final / taken[0])!r} exists and was not written by a batch; choose another --out, or move "
@@ -120,13 +123,13 @@ class Results:
 
     def add(self, result: dict[str, Any]) -> None:
         """Move the files of a row into place and store its result."""
-        final, workplace = self._rows / result["id"], self._work / result["id"]
-        check_subfolder(final)
-        if final.exists():
-            self._clear(final)
-        if workplace.exists():
-            mark(workplace, "run", (path.name for path in workplace.iterdir() if path.name != MARKER))
-            _move(workplace, final)
+        name = result["id"]
+        check_subfolder(self._rows / name)
+        self._clear(name)
+        if self._work_place.kind(name) is not None:
+            with opened(Path(name), self._work_place) as workplace:
+                mark(workplace, "run", set(workplace.names()) - {MARKER})
+                self._move(workplace, name)
         self.by_id[result["id"]] = result  # first, because Ctrl-C may come while the journal waits for the disk
         self._journal.add(result)
 
@@ -136,15 +139,28 @@ class Results:
 
     def write_page(self, page: str) -> None:
         """Replace the folder's page (HTML) in one step."""
-        write_whole(self.folder / PAGE, page)
+        self._place.write({PAGE: page})
 
-    def _clear(self, final: Path) -> None:
+    def _clear(self, name: str) -> None:
         """Remove the files that a batch wrote into a row's folder, and the folder if it is empty then."""
-        remove_written(final, "run")
+        if self._rows_place.kind(name) is None:
+            return
+        with opened(Path(name), self._rows_place) as final:
+            remove_written(final, "run")
+            if final.names() == [MARKER]:
+                final.remove(MARKER)
         with suppress(OSError):
-            if [path.name for path in final.iterdir()] == [MARKER]:
-                (final / MARKER).unlink()
-            final.rmdir()
+            os.rmdir(name, dir_fd=self._rows_place.descriptor)
+
+    def _move(self, workplace: OpenFolder, name: str) -> None:
+        """Move a row's temporary folder into place; if other files remain in the row's folder, move only its files."""
+        if self._rows_place.kind(name) is None:
+            self._work_place.replace(name, name, self._rows_place)
+            return
+        with opened(Path(name), self._rows_place) as final:
+            for file in sorted(workplace.names()):
+                workplace.replace(file, file, final)
+        os.rmdir(name, dir_fd=self._work_place.descriptor)
 
     def _sweep(self) -> None:
         """Remove the temporary folders of batches that were killed."""
@@ -167,13 +183,3 @@ def _check_results(path: Path) -> None:
         first = file.readline()
     if first.endswith(b"\n") and entry_of(first, _KEYS) is None:
         raise BadInput(f"{str(path)!r}, line 1: this is not a result of a batch; choose another --out")
-
-
-def _move(workplace: Path, final: Path) -> None:
-    """Move a temporary folder into place; if other files remain in the row's folder, move only its files."""
-    if not final.exists():
-        workplace.rename(final)
-        return
-    for path in sorted(workplace.iterdir()):
-        path.replace(final / path.name)
-    workplace.rmdir()

@@ -25,11 +25,12 @@ from typing import Any
 
 from agent.batch.results import ROWS
 from agent.batch.rows import BadRow, Row
-from agent.errors import DEFECT, exit_code_of, one_sentence
+from agent.errors import DEFECT, defect_sentence, exit_code_of, one_sentence
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import run_instruction
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import run_session
+from agent.runtime.output_ownership import OwnFolder
 
 CRASHED = DEFECT
 TRACEBACK = "traceback.txt"
@@ -48,6 +49,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
     Returns:
         The row's line of `results.jsonl`.
     """
+    cache.pictures = OwnFolder(folder, "run")
     try:
         with run_session(folder, {"id": row.id, "line": row.line, **asdict(row.options)}) as session:
             record = RunRecord(session)
@@ -61,7 +63,7 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
         folder.mkdir(exist_ok=True)
         (folder / TRACEBACK).write_text(traceback.format_exc(), encoding="utf-8")
         where = f"{ROWS}/{row.id}/{TRACEBACK}"
-        return failed(row, CRASHED, "crash", f"{type(error).__name__}: {one_sentence(error)}; see {where}")
+        return failed(row, CRASHED, "crash", f"{defect_sentence(error)}; see {where}")
     return _result(row, record.report, None if page is None else f"{ROWS}/{row.id}/{page.name}")
 
 

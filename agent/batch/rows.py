@@ -1,14 +1,17 @@
 """Read and check the rows of a batch file; an invalid row becomes a `BadRow`, and the others are carried out.
 
-A file is JSON lines if its name ends in .jsonl or .ndjson, and plain text if it ends in .txt. Otherwise its first
-character that is not a space decides: "{" begins JSON lines. In both, blank lines are left out.
+What a file is follows from its content (`grounding.instruction_files`): an instruction a line, JSON lines, a JSON
+array, or a table whose first line names the columns. A name that ends in .jsonl, .ndjson or .json promises JSON, one in
+.csv or .tsv a table. Blank lines and lines that begin with "#" are left out.
 
-Plain text has an instruction a line; lines that begin with "#" are left out. A JSON line is an object with these keys,
-of which only `text` is required; `null` counts as missing:
+A JSON row is a string, the instruction, or an object with these keys, which are the columns of a table, too; only
+`text` is required, and `null` or an empty cell counts as missing. An id names a folder on any disk: upper and lower case
+count as the same, and names of devices such as "con" are refused. A row without an id has that of its line, such as
+"line-007", or in an array of its place, such as "row-007":
 
 | key | value |
 |---|---|
-| `id` | 1 to 80 letters, digits, ".", "_" and "-", the first a letter or a digit; by default "line-007" for line 7 |
+| `id` | 1 to 80 letters a-z, digits, ".", "_", "-"; begins with a letter or digit, ends without "." |
 | `text` | the instruction |
 | `scene`, `objects`, `model`, `weights`, `seed`, `execute` | as the flags of `run`; by default the batch's own flags |
 | `parser`, `viewpoint`, `encoder`, `llm_model`, `llm_url` | likewise |
@@ -22,7 +25,7 @@ import hashlib
 import json
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,6 +34,7 @@ from agent.errors import AgentError, BadInput, UsageError
 from agent.event_base import json_value
 from agent.pipeline.run import RunOptions
 from agent.runtime.settings import SETTINGS
+from grounding.instruction_files import JSON, TABLE, TEXT, InstructionFileError, looks_like_json, read_entries
 from structdiffusion.limits import BATCH_BYTES, ROW_BYTES
 
 STANDARD_INPUT = "-"
@@ -39,8 +43,10 @@ _SETTINGS = {setting.name: setting for setting in SETTINGS if setting.name != "w
 KEYS = ("id", "text", *_SETTINGS)
 _PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any other illegal value is wrong usage
 _READING = ("parser", "viewpoint", "encoder", "llm_model", "llm_url")
-_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,79}")
-_DEFAULT_ID = re.compile(r"line-\d+", re.IGNORECASE)
+_ID = re.compile(r"(?=.{1,80}$)[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9_-])?")
+# Names of devices, with any ending, where Windows or one of its disks holds the folder.
+_DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_PROMISED = {".jsonl": JSON, ".ndjson": JSON, ".json": JSON, ".csv": TABLE, ".tsv": TABLE}
 _KIND = {str: "a string", int: "a whole number", bool: "true or false"}
 
 
@@ -49,7 +55,7 @@ class Row:
     """One instruction to carry out.
 
     Attributes:
-        line: its line number in the file, from 1.
+        line: its line number in the file, or its place in a JSON array, from 1.
         id: its id, unique in the file, and the name of its report's folder.
         text: the instruction.
         options: all other inputs of the result; paths are absolute.
@@ -99,19 +105,16 @@ def read_rows(source: str, defaults: RunOptions) -> list[Row | BadRow]:
     if len(content) > BATCH_BYTES:
         raise BadInput(f"the batch file {source!r} has more than {BATCH_BYTES} bytes; divide it into several batches")
     defaults = with_options(defaults, flags_of(defaults), Path.cwd(), flags=True)
-    lines = [line.rstrip(b"\r") for line in content.removeprefix(b"\xef\xbb\xbf").split(b"\n")]
-    reader = _Reader(folder, defaults, _is_json(source, content))
-    rows = [row for number, line in enumerate(lines, start=1) if line.strip() for row in reader.row(number, line)]
+    name = "standard input" if source == STANDARD_INPUT else repr(source)
+    try:
+        entries = read_entries(content, _PROMISED.get(Path(source).suffix.lower()))
+    except InstructionFileError as error:
+        raise BadInput(f"{name} {error}") from None
+    reader = _Reader(folder, defaults, entries.kind, entries.unit)
+    rows = [reader.row(entry.number, entry.content) for entry in entries.rows]
     if not rows:
-        raise BadInput("standard input has no rows" if source == STANDARD_INPUT else f"{source!r} has no rows")
+        raise BadInput(f"{name} has no rows")
     return rows
-
-
-def _is_json(source: str, content: bytes) -> bool:
-    suffix = Path(source).suffix.lower()
-    if suffix in (".jsonl", ".ndjson", ".txt"):
-        return suffix != ".txt"
-    return content.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
 
 
 def flags_of(options: RunOptions) -> dict[str, Any]:
@@ -161,28 +164,32 @@ def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
 def _json_excerpt(value: Any) -> str:
     """Return a value as JSON, shortened if it is long."""
     text = json.dumps(value, ensure_ascii=False)
+    text = "".join(c if c.isprintable() else c.encode("ascii", "backslashreplace").decode() for c in text)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 class _Reader:
-    """A reader of the lines of one file, which remembers the ids in use."""
+    """A reader of the rows of one file, which remembers the ids in use."""
 
-    def __init__(self, folder: Path, defaults: RunOptions, as_json: bool) -> None:
-        self._folder, self._defaults, self._as_json = folder, defaults, as_json
+    def __init__(self, folder: Path, defaults: RunOptions, kind: str, unit: str) -> None:
+        self._folder, self._defaults, self._kind, self._unit = folder, defaults, kind, unit
+        self._default_id = re.compile(rf"{unit}-\d+", re.IGNORECASE)
         self._lines: dict[str, int] = {}  # id, in small letters, because not every disk tells "A" from "a" -> line
 
-    def row(self, line: int, content: bytes) -> Iterator[Row | BadRow]:
-        """Yield the row in a line that is not blank; nothing for a comment."""
-        own, text = f"line-{line:03d}", None
+    def row(self, line: int, content: bytes) -> Row | BadRow:
+        """Return the row of a line that is neither blank nor a comment."""
+        own, text = f"{self._unit}-{line:03d}", None
         try:
             if len(content) > ROW_BYTES:
                 raise BadInput(f"the row has {len(content)} bytes; at most {ROW_BYTES} are read")
             said = content.decode()
-            if not self._as_json:
-                if not said.lstrip().startswith("#"):
-                    yield self._checked(line, own, said.strip(), {})
-                return
+            if self._kind == TEXT:
+                if looks_like_json(said):
+                    raise BadInput("this is JSON in a file of plain text; JSON rows come from the first line on")
+                return self._checked(line, own, said.strip(), {})
             keys = {key: value for key, value in _object(said).items() if value is not None}
+            if self._kind == TABLE:
+                keys = {key: _of_cell(key, cell) for key, cell in keys.items()}
             text = keys["text"] if isinstance(keys.get("text"), str) else None
             own = self._id(line, own, keys.pop("id", own))
             if unknown := [key for key in keys if key not in KEYS]:
@@ -192,28 +199,30 @@ class _Reader:
             if text is None:
                 raise BadInput(f"text must be a string, got {_json_excerpt(keys['text'])}")
             del keys["text"]
-            yield self._checked(line, own, text, keys)
+            return self._checked(line, own, text, keys)
         except UnicodeDecodeError as error:
-            message = f"line {line}: byte {content[error.start]:#04x} at place {error.start + 1} is not UTF-8 text"
-            yield BadRow(line, own, None, message, BadInput.exit_code)
+            message = f"byte {content[error.start]:#04x} at place {error.start + 1} is not UTF-8 text"
+            return BadRow(line, own, None, f"{self._unit} {line}: {message}", BadInput.exit_code)
         except AgentError as error:
-            yield BadRow(line, own, text, f"line {line}: {error}", error.exit_code)
+            return BadRow(line, own, text, f"{self._unit} {line}: {error}", error.exit_code)
 
     def _id(self, line: int, own: str, given: Any) -> str:
         if not isinstance(given, str) or not _ID.fullmatch(given):
             raise BadInput(
                 f"the id cannot be {_json_excerpt(given)}, because it names a folder; legal: a string of 1 to 80 "
-                "letters "
-                'a-z, digits, ".", "_" and "-", the first a letter or a digit'
+                'letters a-z, digits, ".", "_" and "-", the first a letter or a digit, the last no "."'
             )
-        if given != own and _DEFAULT_ID.fullmatch(given):
+        if _DEVICE.fullmatch(given):
+            raise BadInput(f"the id cannot be {_json_excerpt(given)}, because some systems give no folder that name")
+        if given != own and self._default_id.fullmatch(given):
             raise BadInput(
                 f"the id {_json_excerpt(given)} is reserved for rows without one; this row would be "
                 f"{_json_excerpt(own)}"
             )
         earlier = self._lines.setdefault(given.lower(), line)
         if earlier != line:
-            raise BadInput(f"the id {_json_excerpt(given)} is already that of line {earlier}; each must be unique")
+            where = f"{self._unit} {earlier}"
+            raise BadInput(f"the id {_json_excerpt(given)} is already that of {where}; each must be unique")
         return given
 
     def _checked(self, line: int, own: str, text: str, given: Mapping[str, Any]) -> Row:
@@ -222,10 +231,10 @@ class _Reader:
 
 
 def _object(line: str) -> dict[str, Any]:
-    """Return the object in a line of JSON.
+    """Return the object of a JSON row; a string is that of its instruction.
 
     Raises:
-        BadInput: if the line is not a JSON object.
+        BadInput: if the row is neither.
     """
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -245,9 +254,20 @@ def _object(line: str) -> dict[str, Any]:
         raise BadInput("this is not text: it has one half of a surrogate pair without the other") from None
     except (ValueError, RecursionError) as error:  # a number of thousands of digits; brackets in thousands of brackets
         raise BadInput(f"this is not JSON that can be read: {error}") from None
+    if isinstance(value, str):
+        return {"text": value}
     if not isinstance(value, dict):
         raise BadInput(f'a row must be an object such as {{"text": "make a line"}}, got {_json_excerpt(value)}')
     return value
+
+
+def _of_cell(key: str, cell: str) -> Any:
+    """Return the value of a table's cell, of the kind that its column has; the cell where it is none of that kind."""
+    kind = _SETTINGS[key].kind if key in _SETTINGS else str
+    cell = cell if key == "text" else cell.strip()
+    if kind is bool:
+        return {"true": True, "false": False}.get(cell.lower(), cell)
+    return int(cell) if kind is int and re.fullmatch(r"-?\d{1,30}", cell) else cell
 
 
 def fingerprint(text: str, options: RunOptions) -> str:

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from agent.batch.row_task import CRASHED
 from agent.errors import BAD_INPUT, DONE, EXECUTION_FAILED, NO_VALID_GOAL, NOT_BUILDABLE, PARTLY_DONE, USAGE
-from agent.rendering.text import aligned, duration
+from agent.rendering.text import aligned, columns_of, duration
 
 OUTCOMES = {
     DONE: "done",
@@ -23,7 +23,6 @@ OUTCOMES = {
     NOT_BUILDABLE: "not understood or not buildable",
 }  # but for the first, the most serious first
 _FAILURES_SHOWN = 20  # failures in the table; all are in the results
-_NARROWEST = 20  # characters of a message that any terminal shows
 
 
 @dataclass(frozen=True)
@@ -84,29 +83,28 @@ class Summary:
             for shape, results in sorted(of_shape.items())
         }
 
-    def print_table(self, results: TextIO, width: int | None) -> None:
-        """Print the table; messages are shortened so that lines fit into `width` characters, unless it is `None`."""
-        summary = self.to_dict()
+    def print_table(self, results: TextIO) -> None:
+        """Print the table, with the whole message of each failure."""
+        summary, width = self.to_dict(), columns_of(results)
         rows = [("outcome", "rows"), *((OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items())]
-        print(aligned([*rows, ("all", str(summary["rows"]))], left=1), file=results)
+        print(aligned([*rows, ("all", str(summary["rows"]))], 1, width), file=results)
         if summary["shapes"]:
             rows = [
                 (shape, str(one["rows"]), str(one["succeeded"]), duration(one["mean_seconds"]))
                 for shape, one in summary["shapes"].items()
             ]
-            print("\n" + aligned([("shape", "rows", "done", "mean time"), *rows], left=1), file=results)
+            print("\n" + aligned([("shape", "rows", "done", "mean time"), *rows], 1, width), file=results)
         if self.failures:
             print("\n" + self._failures(width), file=results)
         kept = f" ({self.kept} were there before)" if self.kept else ""
         print(f"\nresults: {self.path}{kept}\npage: {self.page}", file=results)
 
-    def _failures(self, width: int | None) -> str:
+    def _failures(self, width: int) -> str:
         failures = self.failures[:_FAILURES_SHOWN]
-        beside = max(len(result["id"]) for result in (*failures, {"id": "failed"})) + len("  code  ")
-        most = None if width is None else max(_NARROWEST, width - beside)
-        rows = [(result["id"], str(result["exit_code"]), _cut(result["message"], most)) for result in failures]
+        rows = [(result["id"], str(result["exit_code"]), result["message"]) for result in failures]
         more = len(self.failures) - len(failures)
-        return aligned([("failed", "code", "why"), *rows]) + (f"\nand {more} more" if more else "")
+        table = aligned([("failed", "code", "why"), *rows], width=width)
+        return table + (f"\nand {more} more" if more else "")
 
 
 def outcome_in_words(result: Mapping[str, Any]) -> str:
@@ -131,7 +129,3 @@ def _kinds_of_parts(result: Mapping[str, Any]) -> list[str]:
         return []
     parts = (result.get("goal") or {}).get("parts") or [result["spec"]]  # results of before have the slots alone
     return [part.get("relation") or part.get("shape") or "open" for part in parts]
-
-
-def _cut(message: str, most: int | None) -> str:
-    return message if most is None or len(message) <= most else message[: most - 3] + "..."

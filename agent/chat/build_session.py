@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ import numpy as np
 from agent import events
 from agent.arm.events import Planned
 from agent.arm.placement_rules import PlacementRules
+from agent.chat.other_arrangement import Places, other_ranks, places_of
 from agent.chat.state import Build, Proposal, Situation
 from agent.chat.table_session import TableSession
 from agent.chat.turn import Turn
@@ -31,17 +32,41 @@ from structdiffusion.observation import Scene
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
 
+_NO_OTHER = (
+    "no arrangement that differs visibly from those shown was found; the best one is proposed again, and a looser wish "
+    "leaves room for others"
+)
+
 
 class BuildSession(TableSession):
-    """A `TableSession` with proposed arrangements, one of which can be built."""
+    """A `TableSession` with proposed arrangements, one of which can be built.
+
+    Attributes:
+        ranks: of the viable arrangements of the last proposal, those that were not shown before; all if there are none.
+    """
 
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
         super().__init__(options, cache, listeners)
         self._turn = Turn(self.send)
+        self._shown: list[Places] = []  # of the present wish
+        self.ranks: list[int] = []
 
     # --- proposals --------------------------------------------------------------------
 
-    def _propose(self, situation: Situation) -> None:
+    def _propose(self, situation: Situation, other: bool = False) -> None:
+        """Propose arrangements of a situation's wish.
+
+        Args:
+            situation: what is wanted.
+            other: whether the best arrangement that differs visibly from those shown is wanted, not the best of all.
+        """
+        try:
+            self._propose_for(situation, other)
+        except BaseException:
+            self._look_at_pending()
+            raise
+
+    def _propose_for(self, situation: Situation, other: bool) -> None:
         self._turn.step, began = "scene", time.perf_counter()
         if self.table.tidy_up():
             self.send(events.Noted("the arm emptied its hand and folded"))
@@ -76,8 +101,16 @@ class BuildSession(TableSession):
         proposed = replace(proposed, networks=networks)
         self.send(proposed)
         viable = len(filter_viable(proposed.arrangements))
-        proposal = Proposal(situation.spec or StructureSpec(), proposed.scene, proposed, viable, several=wanted)
+        if not other:
+            self._shown = []
+        self.ranks = other_ranks(proposed.arrangements, proposed.scene, self._shown)
+        if not self.ranks:
+            self.send(events.Noted(_NO_OTHER))
+            self.ranks = list(range(1, viable + 1))
+        rank, spec = self.ranks[0], situation.spec or StructureSpec()
+        proposal = Proposal(spec, proposed.scene, proposed, viable, rank, several=wanted)
         self._remember(replace(situation, proposal=proposal, shown=proposal))
+        self.show_ranks([rank])
         self.send(proposal.chosen)
         if aside := describe_aside(proposal.chosen):
             self.send(events.Noted(aside))
@@ -108,22 +141,45 @@ class BuildSession(TableSession):
             raise UsageError(f"there is no candidate {rank}; legal: 1 to {len(proposal.proposed.arrangements)}")
         proposal = replace(proposal, rank=rank)
         self.situation = replace(self.situation, proposal=proposal, shown=proposal)
+        self.show_ranks([rank])
         self.send(proposal.chosen)
 
-    def again(self) -> bool:
-        """Propose other arrangements with the next seed. Return as `say` does."""
+    def show_ranks(self, ranks: Iterable[int]) -> None:
+        """Count arrangements of the proposal as shown: `again` proposes others."""
+        shown = self.situation.proposal
+        if shown is not None:
+            self._shown += places_of([shown.proposed.arrangements[rank - 1] for rank in ranks], shown.scene)
+
+    def again(self, seed: int | None = None) -> bool:
+        """Propose another arrangement of the same wish, which differs visibly from those shown; if there is none, say
+        so. Return as `say` does. An open question is asked again.
+
+        Args:
+            seed: of the new arrangements; by default the next one.
+
+        Raises:
+            UsageError: if nothing was asked for.
+        """
+        if self._asked_again():
+            return False
         if not self.situation.asked:
             raise UsageError("nothing was asked for yet; say what to build")
-        self.options = replace(self.options, seed=self.options.seed + 1)
+        self.options = replace(self.options, seed=self.options.seed + 1 if seed is None else seed)
         with self._turn.part("scene"):
-            self._propose(replace(self.situation, poses=self.table.poses()))
+            self._propose(replace(self.situation, poses=self.table.poses()), other=True)
             return True
         return False
 
+    def _asked_again(self) -> bool:
+        """Ask the open question again. Return whether there is one."""
+        if self.question is None:
+            return False
+        self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
+        return True
+
     def resume(self) -> bool:
         """Propose the last request again on the present table, if it is not built yet. Return as `say` does."""
-        if self.question is not None:
-            self.send(events.Asked(self.question.slot, self.question.text, self.question.options))
+        if self._asked_again():
             return False
         if not self.situation.asked:
             raise UsageError("nothing was asked for yet; say what to build")
@@ -139,10 +195,18 @@ class BuildSession(TableSession):
         proposal = self.situation.proposal
         if proposal is None:
             raise UsageError("there is no proposal; say what to build, or /again")
-        # A later request may have failed after its own objects had taken the place of these.
-        self.table.involve([cloud.name for cloud in proposal.scene.objects])
-        self.table.missing = self.situation.missing
         return proposal
+
+    def _go_to(self, how: str, situation: Situation | None) -> None:
+        super()._go_to(how, situation)
+        self._look_at_pending()
+
+    def _look_at_pending(self) -> None:
+        """Let the table and all listeners turn to the objects of the pending proposal, which can be built now."""
+        if (pending := self.situation.proposal) is not None:
+            self.table.involve([cloud.name for cloud in pending.scene.objects])
+            self.table.missing = self.situation.missing
+            self.send(perceived_event(pending.scene, 0.0, self.table))
 
     # --- building -----------------------------------------------------------------------
 

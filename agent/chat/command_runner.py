@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 from agent.chat.commands import PARSERS, help_lines, one_of, whole_number
 from agent.chat.conversation import Conversation
+from agent.chat.file_access import FileAccess
 from agent.chat.greeting import invitation
 from agent.chat.view import SHOWN, ChatScreen
 from agent.errors import UsageError
-from agent.rendering.text import aligned
 from agent.runtime.settings import MOST_SEED
 from agent.scenes.files import SUFFIXES
-from agent.scenes.sources import SIMULATED
+from agent.scenes.sources import EXAMPLE, SIMULATED
 from grounding.parse_result import shortened
 from grounding.viewpoint import VIEWPOINTS
 
@@ -32,6 +32,7 @@ class CommandRunner:
         session: the session file of the conversation.
         on_proposal: called after a command has produced a proposal.
         on_step: called after every physics step while the arm is at work.
+        access: which files the commands may name.
     """
 
     def __init__(
@@ -41,9 +42,11 @@ class CommandRunner:
         session: Path,
         on_proposal: Callable[[], None],
         on_step: Callable[[TableScene], None] | None = None,
+        access: FileAccess = FileAccess(),
     ) -> None:
         self._conversation, self._screen = conversation, screen
         self._session, self._on_proposal, self._on_step = session, on_proposal, on_step
+        self._access = access
         self._overwrites: Path | None = None
 
     def show_table(self) -> None:
@@ -108,13 +111,14 @@ class CommandRunner:
             case "/parser" | "/viewpoint" | "/seed":
                 self._set_option(name, rest)
             case "/save":
-                self._save(_path(rest))
+                self._save(self._access.path(name, rest))
             case "/load":
-                self._set_table(str(_path(rest)), talk.options.seed)
+                known = rest in (SIMULATED, EXAMPLE)
+                self._set_table(rest if known else str(self._access.path(name, rest)), talk.options.seed)
             case "/report":
                 from agent.reporting.replay import write_page  # the pages' modules are many, and few chats want one
 
-                page = self._file(name, _path(rest), (".html",)) if rest else self._session.with_name("report.html")
+                page = self._file(name, self._access.path(name, rest), (".html",)) if rest else self._session.with_name("report.html")
                 screen.busy("writing the page")
                 screen.note(f"report: {write_page(self._session, page)}")
             case "/help":
@@ -185,8 +189,7 @@ class CommandRunner:
         return path
 
     def _help(self) -> None:
-        for line in aligned(help_lines()).splitlines():
-            self._screen.note(line)
+        self._screen.listing(help_lines())
         self._screen.note(
             "Anything else is an instruction, a correction of the last one, or a question: put the cups in a small "
             "circle on the left and the bowl next to it; bigger; the other side; also put the orange on the plate; "
@@ -194,8 +197,3 @@ class CommandRunner:
         )
         if self._screen.keys:
             self._screen.note(self._screen.keys)
-
-
-def _path(text: str) -> Path:
-    """Return the typed path with `~` expanded to the home folder."""
-    return Path(text).expanduser() if text.startswith("~/") else Path(text)

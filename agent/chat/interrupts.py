@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TextIO
 
-from agent.errors import INTERRUPTED
+from agent.runtime.interruption import end_at_once, interrupt
 
 _INSISTENT = 3
-_SHOW_CURSOR = "\x1b[?25h"
 
 
 @contextmanager
@@ -35,8 +32,10 @@ def exit_on_repeated_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
         nonlocal pressed
         pressed += 1
         if pressed >= _INSISTENT:
-            _end_at_once(screen)
-        signal.default_int_handler(number, frame)
+            with suppress(OSError, ValueError):
+                screen.flush()
+            end_at_once()
+        interrupt(frame)
 
     def stopped() -> None:
         nonlocal pressed
@@ -44,7 +43,7 @@ def exit_on_repeated_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
 
     # Signals can be handled in the main thread alone.
     in_main, before = threading.current_thread() is threading.main_thread(), signal.getsignal(signal.SIGINT)
-    if not in_main or before is not signal.default_int_handler:
+    if not in_main or not callable(before):
         yield stopped
         return
     signal.signal(signal.SIGINT, handle)
@@ -52,16 +51,3 @@ def exit_on_repeated_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
         yield stopped
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def _end_at_once(screen: TextIO) -> None:
-    with suppress(Exception):
-        if screen.isatty():
-            import termios
-
-            os.write(screen.fileno(), f"{_SHOW_CURSOR}\n".encode())
-            attributes = termios.tcgetattr(screen)
-            attributes[3] |= termios.ECHO | termios.ECHOCTL | termios.ICANON | termios.ISIG
-            termios.tcsetattr(screen, termios.TCSANOW, attributes)
-        print("structagent: interrupted", file=sys.stderr, flush=True)
-    os._exit(INTERRUPTED)

@@ -12,16 +12,18 @@ from agent import events
 from agent.chat.command_runner import CommandRunner
 from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
+from agent.chat.file_access import FileAccess
 from agent.chat.input import Lines
 from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option, is_yes_no
 from agent.chat.view import ChatScreen
-from agent.errors import DEFECT, DONE, NotWritten, UsageError, exit_code_of, one_sentence
+from agent.errors import DEFECT, DONE, NotWritten, UsageError, defect_sentence, exit_code_of, one_sentence
 
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
 
 _INTERRUPTS = 3  # number of Ctrl-C in a row, with no line completed in between, that ends the chat
 _DROPPED = "the question is dropped; say it another way"
+_UNCHANGED = "the proposal before it is unchanged, and can still be built"
 
 
 class Chat:
@@ -35,6 +37,7 @@ class Chat:
         yes: whether to build without asking.
         stopped: called whenever the chat asks for a line, at which point any interrupted work has stopped.
         on_step: called after every physics step while the arm is at work.
+        access: which files its commands may name.
 
     Attributes:
         defects: number of unexpected errors of the program itself.
@@ -50,11 +53,12 @@ class Chat:
         yes: bool = False,
         stopped: Callable[[], None] = lambda: None,
         on_step: Callable[[TableScene], None] | None = None,
+        access: FileAccess = FileAccess(),
     ) -> None:
         self._stopped = stopped
         self._conversation, self._screen, self._lines = conversation, screen, lines
         self._session, self._yes = session, yes
-        self._commands = CommandRunner(conversation, screen, session, self._proposed, on_step)
+        self._commands = CommandRunner(conversation, screen, session, self._proposed, on_step, access)
         self._interrupts = 0  # in a row
         self.defects = self.unwritten = 0
 
@@ -118,14 +122,14 @@ class Chat:
         """Write the traceback of a defect beside the session file. Return the message to show."""
         path = self._session.with_name("traceback.txt")
         self.defects += 1
-        what = f"{type(error).__name__}: {one_sentence(error)}"
+        what = defect_sentence(error)
         try:
             flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
             with os.fdopen(os.open(path, flags, 0o666), "a", encoding="utf-8") as file:
                 traceback.print_exception(error, file=file)
         except OSError as trouble:
-            return f"a defect of structagent, {what}; the chat continues, but {one_sentence(trouble)}"
-        return f"a defect of structagent, {what}; {path} says where, and the chat continues"
+            return f"{what}; the chat continues, but {one_sentence(trouble)}"
+        return f"{what}; {path} has all of it, and the chat continues"
 
     def _prompt(self) -> str:
         if self._conversation.question is not None:
@@ -158,8 +162,13 @@ class Chat:
 
     def _say(self, line: str) -> None:
         self._screen.busy("reading")
-        if not self._conversation.replied(line) and self._conversation.say(line):
+        talk, before = self._conversation, self._conversation.situation.proposal
+        if talk.replied(line):
+            return
+        if talk.say(line):
             self._proposed()
+        elif before is not None and talk.situation.proposal is before and talk.question is None:
+            self._screen.note(_UNCHANGED)
 
     def _proposed(self) -> None:
         if self._yes:

@@ -13,6 +13,7 @@ from rich.markup import escape
 
 from agent.chat.commands import COMMANDS
 from agent.chat.conversation import Conversation
+from agent.chat.file_access import FileAccess
 from agent.chat.input import Lines, PlainLines, PromptedLines
 from agent.chat.interrupts import exit_on_repeated_interrupts
 from agent.chat.preloading import Preloading
@@ -23,6 +24,8 @@ from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
+from agent.runtime.memory import give_back
+from agent.runtime.output_ownership import OwnFolder
 from grounding.spec import LEGAL_VALUES
 
 if TYPE_CHECKING:
@@ -68,6 +71,7 @@ def converse(
     yes: bool,
     terminal: TextIO,
     viewer: Viewer | None = None,
+    access: FileAccess = FileAccess(),
 ) -> int:
     """Run a chat on any screen until its lines end.
 
@@ -79,12 +83,13 @@ def converse(
         yes: whether to build without asking.
         terminal: the stream that is told when repeated Ctrl-C ends the process.
         viewer: shows the table.
+        access: which files its commands may name.
 
     Returns:
         The exit code: 0, or that of the worst error, a file that could not be written or a defect of the program. Each
         error was shown when it happened, and the chat continued.
     """
-    cache = ResourceCache()
+    cache = ResourceCache(OwnFolder(session.parent, "chat"))
     viewers = () if viewer is None else (viewer,)
     with SessionWriter(session, json_value(asdict(options)), owner="chat") as writer:
         with Conversation(options, cache, [screen, TurnRecords(writer), *viewers]) as conversation:
@@ -93,12 +98,13 @@ def converse(
 
                 def waiting() -> None:
                     stopped()
+                    give_back()
                     if viewer is not None:
                         viewer.on_waiting(conversation)
 
                 try:
                     on_step = None if viewer is None else viewer.on_physics_step
-                    chat = Chat(conversation, screen, source(conversation), session, yes, waiting, on_step)
+                    chat = Chat(conversation, screen, source(conversation), session, yes, waiting, on_step, access)
                     chat.run(preloading.start)  # not sooner: it would slow down what the user waits for
                 finally:
                     preloading.join()

@@ -36,9 +36,12 @@ WORDINGS: Mapping[str, str] = {
             |proposal|suggestion|way|option|idea))?
         (show|give|propose|suggest|try)( me)? (some )?(other|others|different|new|more)( (ones?|arrangements?\
             |proposals?|suggestions?|options?|ideas?))?
-        another (one|arrangement|proposal|suggestion|option|idea)
-        (show|give|propose|suggest|try)( me)? something (else|different|new)
-        (a )?(different|new) (one|arrangement|proposal|suggestion|option)
+        ((how|what) about |let me see |can (we|i) see )?(another|(another|a (different|new|second|fresh)) (one\
+            |arrangement|proposal|suggestion|way|option|idea))
+        ((show|give|propose|suggest|try)( me)? |(how|what) about )?something (else|different|new)
+        (different|new|other|more) (ones?|arrangements?|proposals?|suggestions?|options?|ideas?)
+        (show( me)? |give me |try )?(the )?next( (one|arrangement|proposal|suggestion|way|option|idea))?
+        (what|anything) else|not (this|that) one|any other ideas?
     """,
     "/help": r"""
         help( me)?( out)?|\?|i need help|show( me)?( the)? help|show( me)?( all)?( the)? commands

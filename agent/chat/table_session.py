@@ -85,6 +85,11 @@ class TableSession:
         """
         self._go_to("undo", self._history.undo(self.situation))
 
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is an earlier turn."""
+        return self._history.last_poses is not None
+
     def moved_by_undo(self) -> tuple[str, ...]:
         """Return the names of the objects that `undo` would put back.
 
@@ -118,14 +123,12 @@ class TableSession:
         self._return_to("put back", replace(self.situation, poses=before, proposal=None, builds=builds[:last]))
 
     def reset(self) -> None:
-        """Restore the table of the start and drop the goal. Can be undone.
-
-        Raises:
-            UsageError: if nothing has changed since the start.
-        """
+        """Restore the table of the start and drop the goal. Can be undone; says so where there is nothing to restore."""
         start = self._start
-        if not self.situation.asked and self.question is None and not self.situation.builds:
-            raise UsageError("everything is as it was at the start; say what to build")
+        untouched = not self.situation.asked and self.question is None and not self.situation.builds
+        if untouched and not self.table.moved_since(start.poses):
+            self.send(events.Noted("reset: everything is as it was at the start; say what to build"))
+            return
         self._return_to("reset", replace(start, viewpoint=self.options.reading.viewpoint))
 
     def _return_to(self, how: str, situation: Situation) -> None:
@@ -136,13 +139,10 @@ class TableSession:
         self.send(_restored(how, situation, moved))
 
     def forget(self) -> None:
-        """Drop the goal and any proposal or question, and keep the table. Can be undone.
-
-        Raises:
-            UsageError: if there is no goal.
-        """
+        """Drop the goal and any proposal or question, and keep the table. Can be undone; says so where there is none."""
         if not self.situation.asked and self.question is None:
-            raise UsageError("there is no goal; say what to build")
+            self.send(events.Noted("there is no goal to drop; say what to build"))
+            return
         self.question = None
         start, viewpoint = self._start, self.options.reading.viewpoint
         self._remember(replace(start, poses=self.table.poses(), builds=self.situation.builds, viewpoint=viewpoint))

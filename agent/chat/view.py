@@ -14,10 +14,10 @@ from rich.text import Text
 from agent.chat.live_display import LiveDisplay
 from agent.chat.maps import Maps
 from agent.chat.scores import caption_of, comparison_rows, factor_rows
-from agent.chat.text_printer import TextPrinter
+from agent.chat.text_printer import Printer, TextPrinter
 from agent.event_base import Event
 from agent.rendering.object_markers import Marker, markers_of_candidate, markers_of_scene
-from agent.rendering.text import aligned, duration, number, slot_label
+from agent.rendering.text import duration, number, slot_label
 from agent.reporting.event_text import (
     TRIED,
     arm_sentence,
@@ -72,12 +72,14 @@ class Surroundings:
     """The parts of a screen that depend on where the chat is shown.
 
     Attributes:
+        text: shows what is said.
         maps: shows the table and the candidates.
         live: shows work in progress.
         stopping: says in a few words how the user stops the arm; empty if the display of work shows it.
         keys: says what the keys do, in a sentence; empty without keys of its own.
     """
 
+    text: Printer
     maps: MapDisplay
     live: BusyDisplay
     stopping: str = ""
@@ -87,14 +89,14 @@ class Surroundings:
 def terminal_surroundings(console: Console) -> Surroundings:
     """Return the maps, the spinner and the keys of a terminal."""
     keys = "Ctrl-C stops the current work; Alt-Enter starts a new line; Ctrl-D ends the chat"
-    return Surroundings(Maps(console), LiveDisplay(console), "Ctrl-C stops it", keys)
+    return Surroundings(TextPrinter(console), Maps(console), LiveDisplay(console), "Ctrl-C stops it", keys)
 
 
 class ChatScreen:
     """A listener that shows events as they happen.
 
     Args:
-        console: the console to show them on.
+        console: the console to show them on; `None` with surroundings of another kind.
         echo: whether to show the user's lines too, for sessions that were not typed on this console.
         surroundings: what depends on where the chat is shown; by default what suits a terminal.
 
@@ -103,15 +105,18 @@ class ChatScreen:
         keys: a sentence about the keys, or empty.
     """
 
-    def __init__(self, console: Console, echo: bool = False, surroundings: Surroundings | None = None) -> None:
-        around = surroundings or terminal_surroundings(console)
+    def __init__(
+        self, console: Console | None = None, echo: bool = False, surroundings: Surroundings | None = None
+    ) -> None:
+        around = surroundings or terminal_surroundings(console or Console())
         self.console = console
         self._echo = echo
         self.maps, self.keys = around.maps, around.keys
-        self._live, self._text = around.live, TextPrinter(console)
+        self._live, self._text = around.live, around.text
         self._at_work = "; ".join(filter(None, (_AT_WORK, around.stopping)))
         self._scene: Mapping[str, Any] | None = None
         self._candidates: Mapping[str, Any] | None = None
+        self._moved: Mapping[str, Any] = {}  # the scene whose objects the candidates move
         self._rank = 1
         self._unplanned: list[int] = []  # ranks without a plan; the first one was shown
         self._failed_check = False  # whether the last event was a failed check
@@ -179,11 +184,11 @@ class ChatScreen:
         """Print the place of each object in words; takes an event `Perceived` in its JSON form."""
         self.idle()
         self._scene = payload
-        self._text.block(aligned([describe_row(one) for one in payload["objects"]]))
+        self._text.rows([describe_row(one) for one in payload["objects"]])
 
     def candidates(self, count: int) -> None:
         """Show the best candidates side by side from above, with their scores and shortcomings."""
-        if self._candidates is None or self._scene is None:
+        if self._candidates is None:
             self.note("no arrangement has been proposed yet")
             return
         payload = self._candidates
@@ -195,7 +200,7 @@ class ChatScreen:
             self._text.line("  the best ones:" if several else "  the best one:")
         columns = self.maps.beside(len(shown))
         captions = [caption_of(one, payload["candidates"][0], columns) for one in shown]
-        self.maps.show_candidates(self._scene, shown, captions)
+        self.maps.show_candidates(self._moved, shown, captions)
         if not several and len(payload["candidates"]) > 1 and not self._hinted and not self._echo:
             self._hinted = True
             self.note(f"/candidates shows the best {min(SHOWN, len(payload['candidates']))}, /why explains the ranking")
@@ -207,14 +212,23 @@ class ChatScreen:
             return
         candidates = self._candidates["candidates"]
         self._text.title(f"candidate {self._rank}: its score is the product of these factors")
-        self._text.block(aligned(factor_rows(candidates[self._rank - 1])))
+        self._text.rows(factor_rows(candidates[self._rank - 1]))
         self._text.title("the others")
-        self._text.block(aligned(comparison_rows(candidates, self._rank, SHOWN + 2)))
+        self._text.rows(comparison_rows(candidates, self._rank, SHOWN + 2))
 
     def space(self) -> None:
         """Print an empty line before the next prompt."""
         self.idle()
-        self.console.print()
+        self._text.space()
+
+    def listing(self, rows: Sequence[Sequence[str]]) -> None:
+        """Print a table."""
+        self.idle()
+        self._text.rows(rows)
+
+    def said(self, line: str) -> None:
+        """Print a line of the user, for a display that does not show what is typed."""
+        self._text.said(line)
 
     def note(self, message: str) -> None:
         """Print a remark."""
@@ -230,7 +244,6 @@ class ChatScreen:
 
     def _started(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["instruction"])
-        self._candidates = None
 
     def _commanded(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["line"])
@@ -240,8 +253,7 @@ class ChatScreen:
 
     def _answered(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["question"])
-        for line in payload["answer"].splitlines():
-            self._text.line(line)
+        self._text.answer(payload["answer"])
 
     def _perceived(self, payload: Mapping[str, Any]) -> None:
         first, self._scene = self._scene is None, payload
@@ -249,8 +261,9 @@ class ChatScreen:
             self.scene(payload)
 
     def _proposed(self, payload: Mapping[str, Any]) -> None:
-        self._candidates, self._rank = payload, 1
-        self.candidates(1)
+        if self._scene is not None:
+            self._candidates, self._moved, self._rank = payload, self._scene, 1
+            self.candidates(1)
 
     def _failed(self, payload: Mapping[str, Any]) -> None:
         if not self._failed_check:  # the check has already said why
@@ -280,15 +293,14 @@ class ChatScreen:
 
     def _say_line(self, line: str) -> None:
         if self._echo:
-            self.console.print()
-            self._text.line(f"> {line}", "bold")
+            self._text.said(line)
 
     def _parsed(self, payload: Mapping[str, Any]) -> None:
         """Show the parsed slots; for a correction, only those that it changed."""
         before, changed = payload["before"], payload["before"] is not None
         self._text.title("changed" if changed else "understood", payload["seconds"])
         if payload.get("parts"):
-            self._text.block("\n".join(part_lines(payload)))
+            self._text.rows([(line,) for line in part_lines(payload)])
             self._named = payload["named"]
             for note in parse_notes(payload):
                 self.note(f"  {note}")
@@ -307,7 +319,7 @@ class ChatScreen:
             rows.append((slot_label(slot), said, note))
         same, self._named = list(payload["named"]) == list(self._named), payload["named"]
         if rows:
-            self._text.block(aligned(rows))
+            self._text.rows(rows)
         elif same:
             self._text.line("  nothing; everything is as before")
         if not (changed and same):
@@ -323,16 +335,13 @@ class ChatScreen:
     def _checked(self, payload: Mapping[str, Any]) -> None:
         self._text.title(verdict_title(payload).lower(), payload["seconds"])
         for check in payload["checks"]:
-            verdict, style = ("passed", "") if check["passed"] else ("failed", "red")
-            self._text.line(f"  {verdict}  {check_sentence(check)}", style)
+            self._text.check(check["passed"], check_sentence(check))
         self._text.line(f"  {verdict_sentence(payload)}", "bold green" if payload["success"] else "bold red")
         if note := trial_note(payload):
             self.note(f"  {note}")
 
     def _asked(self, payload: Mapping[str, Any]) -> None:
-        self._text.line(payload["question"], "bold")
-        for place_, option in enumerate(payload["options"], start=1):
-            self._text.line(f"  {place_}  {option}")
+        self._text.question(payload["question"], payload["options"])
 
     def _restored(self, payload: Mapping[str, Any]) -> None:
         goal, self._named = payload["spec"] or payload.get("parts"), payload["objects"]
@@ -347,10 +356,10 @@ class ChatScreen:
             return
         self._rank = payload["rank"]
         self._text.line(f"  candidate {self._rank} is chosen")
-        if self._candidates is not None and self._scene is not None:
+        if self._candidates is not None:
             one = self._candidates["candidates"][self._rank - 1]
             caption = caption_of(one, self._candidates["candidates"][0], self.maps.columns)
-            self.maps.show_candidates(self._scene, [one], [caption])
+            self.maps.show_candidates(self._moved, [one], [caption])
 
     def _others_without_a_plan(self) -> None:
         others, self._unplanned = self._unplanned[1:], []

@@ -30,6 +30,8 @@ from agent.cli.serve import serve
 from agent.cli.shell_completion import completion
 from agent.cli.train import train_app
 from agent.errors import BAD_INPUT, DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
+from agent.runtime.interruption import ignore_further_interruptions
+from agent.runtime.termination import Terminated, termination_raised
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
@@ -43,7 +45,7 @@ app = typer.Typer(
     'Example: structagent run "put the cups in a small circle on the left"',
     epilog="Exit codes: 0 done; 2 usage error; 3 instruction not understood or not buildable with these objects; "
     "4 no valid goal; 5 execution failed; 6 bad input; 7 a network differs from its model card; "
-    "8 built with only some of the requested objects; 130 interrupted.",
+    "8 built with only some of the requested objects; 130 interrupted; 143 terminated.",
     add_completion=False,
     no_args_is_help=False,
     pretty_exceptions_enable=False,
@@ -116,15 +118,21 @@ def command_line(arguments: list[str] | None = None) -> int:
     sentence.
     """
     try:
-        code = app(args=arguments, prog_name="structagent", standalone_mode=False)
+        with termination_raised():
+            code = app(args=arguments, prog_name="structagent", standalone_mode=False)
         sys.stdout.flush()
         if code == INTERRUPTED:  # typer swallows the interruption itself
+            ignore_further_interruptions()
             print_error("interrupted")
         return code if isinstance(code, int) else DONE
     except _ClickError as error:
         print_error(_usage_sentence(error))
         return USAGE
+    except Terminated as ended:
+        print_error(ended.reason)
+        return int(ended.code or 0)
     except (KeyboardInterrupt, typer.Abort):
+        ignore_further_interruptions()
         print_error("interrupted")
         return INTERRUPTED
     except MemoryError:

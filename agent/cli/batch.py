@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -41,7 +40,7 @@ from agent.runtime.stdio import results_stream
 def batch(
     ctx: typer.Context,
     file: Annotated[
-        str, typer.Argument(metavar="FILE", help="JSON lines or plain text; - for standard input.", show_default=False)
+        str, typer.Argument(metavar="FILE", help="Text, JSON or a table; - for standard input.", show_default=False)
     ],
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for results and reports; finished rows in it are kept.")
@@ -77,10 +76,12 @@ def batch(
     \b
     FILE has one instruction per line, with # before a comment, or JSON lines such as
       {"text": "make a line", "id": "mine", "seed": 3, "scene": "desk.yaml"}
-    Only text is required. id is unique and names the folder of the row's report. The
-    other keys are named like the options below, which are their defaults: scene, objects,
-    model, weights, seed, execute, parser, viewpoint, encoder, llm_model, llm_url. Paths
-    in a row are relative to the folder of FILE. An invalid row fails; the others run.
+    or a JSON array of these or of strings, or a table (commas, tabs) whose first line
+    has these keys. Its content decides. Only text is required. id is unique and names the
+    folder of the row's report. The other keys are named like the options below, which are
+    their defaults: scene, objects, model, weights, seed, execute, parser, viewpoint,
+    encoder, llm_model, llm_url. Paths in a row are relative to the folder of FILE. An
+    invalid row fails; the others run.
 
     \b
     DIR gets results.jsonl with a line per row, written as the rows end: a batch that is
@@ -108,7 +109,7 @@ def batch(
         if json_output:
             print(json.dumps(summary.to_dict(), indent=1, ensure_ascii=False), file=results)
         else:
-            summary.print_table(results, shutil.get_terminal_size().columns if results.isatty() else None)
+            summary.print_table(results)
     if summary.failures:
         print_error(f"{len(summary.failures)} of {len(summary.results)} rows failed")
         raise typer.Exit(summary.exit_code)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -33,7 +32,8 @@ from agent.cli.options import (
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import UsageError
-from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.output_ownership import claim_folder
+from agent.runtime.output_paths import folder_or_new
 from agent.runtime.stdio import import_pybullet_silently, results_stream
 from agent.runtime.terminal_text import console_on
 
@@ -74,14 +74,13 @@ def chat(
 
     Example: structagent chat --scene desk.yaml
     """
-    folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-chat"
-    check_own_folder(folder, "chat", force)
+    claim_folder(out, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, which is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
-    with results_stream() as results, view_beside(view) as viewer:
+    with folder_or_new(out, "chat") as folder, results_stream() as results, view_beside(view) as viewer:
         console = console_on(results)
         console.print(_GREETING, style="dim", highlight=False)  # before the imports below, which take seconds
         import_pybullet_silently()

@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from agent.cli.options import JsonOption
+from agent.rendering.text import aligned, columns_of
 from agent.runtime.configuration import ENVIRONMENT, PROJECT, ConfigError, Configuration, load
 from agent.runtime.settings import SETTINGS
 from agent.runtime.stdio import results_stream
@@ -123,10 +124,11 @@ def show(ctx: typer.Context, json_output: JsonOption = False) -> None:
             files = {"project": project and str(project), "user": user and str(user)}
             print(json.dumps({"settings": rows, "files": files}, indent=1, ensure_ascii=False), file=results)
             return
-        width = max(len(str(_value_text(row["value"]))) for row in rows)
-        for row in rows:
-            place = DEFAULT if row["layer"] == DEFAULT else f"{row['layer']}: {row['place']}"
-            print(f"{row['name']:<10} {_value_text(row['value']):<{min(width, 24)}}  {place}", file=results)
+        table = [
+            (row["name"], _value_text(row["value"]), DEFAULT if row["layer"] == DEFAULT else f"{row['layer']}: {row['place']}")
+            for row in rows
+        ]
+        print(aligned(table, width=columns_of(results)), file=results)
         missing = "" if user is None or user.is_file() else " (does not exist)"
         print(f"\nproject file: {project or 'none in this folder or above'}", file=results)
         print(f"user file:    {user or 'none without a home folder'}{missing}", file=results)

@@ -35,7 +35,7 @@ from agent.cli.options import (
     recorded_options,
 )
 from agent.errors import UsageError
-from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.output_ownership import claim_folder
 from agent.runtime.output_paths import state_folder
 from agent.runtime.settings import TOKEN_VARIABLE
 from agent.runtime.stdio import import_pybullet_silently
@@ -112,7 +112,7 @@ def mcp(
     if transport is Transport.stdio and any(source is not None and source.name == "COMMANDLINE" for source in given):
         raise UsageError("--host, --port and --allow-host need --transport http")
     folder = out or _default_folder()
-    check_own_folder(folder, "chat", force)
+    claim_folder(folder, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     if find_spec("mcp") is None:

@@ -11,6 +11,7 @@ import typer
 
 from agent.cli.options import JsonOption, WeightsOption
 from agent.errors import NotVerified, UsageError
+from agent.rendering.text import columns_of
 from agent.runtime.stdio import results_stream
 from agent.runtime.terminal_text import console_on
 from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, networks_of
@@ -40,7 +41,8 @@ def list_models(weights: WeightsOption = None, json_output: JsonOption = False) 
     from agent.model_cards.catalogue import networks
 
     rows = list_rows(networks(weights))
-    print(json.dumps(rows, indent=1) if json_output else f"{list_text(rows)}\n\n{planners_text()}")
+    text = "" if json_output else f"{list_text(rows, columns_of(sys.stdout))}\n\n{planners_text()}"
+    print(json.dumps(rows, indent=1) if json_output else text)
 
 
 @models_app.command("show")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
@@ -20,14 +21,16 @@ from agent.cli.options import (
     ViewpointOption,
     print_error,
 )
-from agent.errors import NOT_BUILDABLE, UsageError
+from agent.errors import DEFECT, NOT_BUILDABLE, BadInput, UsageError
 from agent.rendering.text import number, slot_label
 from agent.runtime.stdio import (
+    NO_TEXT,
     as_text,
     lines_as_they_come,
     results_stream,
 )
 from grounding.goals.description import describe_part, describe_parts
+from grounding.instruction_files import TABLE, InstructionFileError, looks_like_json, read_entries
 from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
@@ -66,17 +69,44 @@ def parse(
     if not texts and (sys.stdin is None or sys.stdin.isatty()):
         raise UsageError("parse needs an instruction, as an argument or on standard input, one per line")
     # With JSON every line has its row, even an empty one, so that rows and lines correspond.
-    given = [list(map(as_text, texts))] if texts else lines_as_they_come(sys.stdin, keep_blank=json_output)
+    given = [list(map(as_text, texts))] if texts else _only_text(lines_as_they_come(sys.stdin, json_output))
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, such as "mug,bowl,plate", and {objects!r} names none')
     options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     with results_stream() as results:
-        count, refused = parse_instructions(given, options, names, json_output, results, print_error)
+        count, refused, defects = parse_instructions(given, options, names, json_output, results, print_error)
     if not count:
         raise UsageError("parse needs an instruction, and standard input had none")
-    if refused:
-        raise typer.Exit(NOT_BUILDABLE)
+    if refused or defects:
+        raise typer.Exit(DEFECT if defects else NOT_BUILDABLE)
+
+
+def _only_text(batches: Iterator[list[str]]) -> Iterator[list[str]]:
+    """Yield the same lines.
+
+    Raises:
+        BadInput: if the first ones show that they are no instructions but data.
+    """
+    unknown = True
+    for lines in batches:
+        if unknown and (said := [line for line in lines if line.strip()]):
+            unknown = False
+            if what := _data_in(said):
+                legal = "parse takes an instruction a line, `structagent batch` takes JSON and tables"
+                raise BadInput(f"standard input {what}; {legal}")
+        yield lines
+
+
+def _data_in(lines: Sequence[str]) -> str:
+    """Say which kind of data begins with these lines; "" for instructions."""
+    if looks_like_json(lines[0]):
+        return "is JSON"
+    try:  # a zero byte in a line costs this line
+        found = read_entries("\n".join(lines).replace("\0", NO_TEXT).encode("utf-8", "replace"))
+    except InstructionFileError as error:
+        return str(error).partition(";")[0]
+    return "is a table" if found.kind == TABLE else ""
 
 
 def parse_instructions(
@@ -86,8 +116,8 @@ def parse_instructions(
     as_json: bool,
     results: TextIO,
     on_problem: Callable[[str], None],
-) -> tuple[int, int]:
-    """Parse instructions and print each result at once; continue after an instruction that is refused.
+) -> tuple[int, int, int]:
+    """Parse instructions and print each result at once; continue after one that is refused, or at which we fail.
 
     Args:
         texts: the instructions, in groups as they arrive; at most `AT_ONCE` of them are parsed together. None is kept,
@@ -99,31 +129,34 @@ def parse_instructions(
         on_problem: takes a sentence for every refused instruction, and one for a fallback to another parser.
 
     Returns:
-        The number of parsed and of refused instructions.
+        The number of all instructions, of refused ones, and of those at which the program itself failed.
     """
     from agent.pipeline.instruction_parser import make_interpreter
+    from agent.pipeline.reading_alone import read_alone
 
-    interpreter, count, refused, fallback = make_interpreter(options), 0, 0, ""
+    def row(goal: Interpretation) -> tuple[Interpretation, str]:
+        return goal, json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal, names)
+
+    interpreter, counts, fallback = make_interpreter(options), Counter[str](), ""
     at_once = 1 if options.parser == "llm" else AT_ONCE  # a language model parses one by one, and takes seconds
     for given in texts:
         for start in range(0, len(given), at_once):
-            for goal in interpreter.interpret_many(given[start : start + at_once], names):
+            for goal, text in read_alone(interpreter, given[start : start + at_once], names, row):
                 if goal.fallback and goal.fallback != fallback:
                     fallback = goal.fallback
                     on_problem(fallback)
-                print(
-                    json.dumps(goal.to_dict(), ensure_ascii=False) if as_json else _as_text(goal, names), file=results
-                )
-                count += 1
-                if goal.status == "refused":
-                    refused += 1
+                print(text, file=results)
+                counts[goal.status] += 1
+                if goal.status in ("refused", "defect"):
                     on_problem(goal.message)
             results.flush()
-    return count, refused
+    return counts.total(), counts["refused"], counts["defect"]
 
 
 def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
     lines = [f"“{goal.parse.text}”"]
+    if goal.status == "defect":
+        return "\n".join([*lines, "  not read"])
     if goal.status == "refused":
         meant = (describe_parts(one.parts, names) for one in goal.suggestions)
         return "\n".join([*lines, "  refused", *(f"  {'may mean':<11} {one}" for one in meant)])

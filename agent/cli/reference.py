@@ -56,7 +56,8 @@ _EXIT_CODES = """\
 | 6 | bad input: a file, folder or setting that cannot be used |
 | 7 | a network differs from its model card (`structagent models verify`) |
 | 8 | built with only some of the requested objects, because the others could not take part |
-| 130 | interrupted |
+| 130 | interrupted (Ctrl-C) |
+| 143, 129 | ended by SIGTERM; the terminal was closed (SIGHUP) |
 
 An error is one sentence on standard error. Standard output has only results.
 """

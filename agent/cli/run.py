@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from contextlib import ExitStack
 from dataclasses import asdict
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -37,7 +36,8 @@ from agent.cli.options import (
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
-from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.output_ownership import OwnFolder, claim_folder
+from agent.runtime.output_paths import folder_or_new
 from agent.runtime.stdio import (
     NO_TEXT,
     ReaderGone,
@@ -46,6 +46,7 @@ from agent.runtime.stdio import (
     results_stream,
 )
 from agent.runtime.terminal_text import console_on
+from agent.runtime.termination import Terminated
 
 if TYPE_CHECKING:
     from agent.pipeline.run import RunOptions
@@ -105,8 +106,7 @@ def run(
     replaced, text = text, as_text(text)
     if text.count(NO_TEXT) > replaced.count(NO_TEXT):
         raise BadInput(f"the instruction {text!r} has a byte that is not UTF-8 text, shown as {NO_TEXT}")
-    folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-seed{seed}"
-    check_own_folder(folder, "run", force)
+    claim_folder(out, "run", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     trajectories = export_trajectory or []
     if trajectories and not execute:
@@ -118,7 +118,8 @@ def run(
             check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call)
     options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
-    outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
+    with folder_or_new(out, f"seed{seed}") as folder:
+        outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
     if outcome["exit_code"] != DONE:
         print_error(outcome["message"])
         raise typer.Exit(outcome["exit_code"])
@@ -136,6 +137,7 @@ def _carry_out(
     """Carry out an instruction, print its progress and write its report; return the outcome of the report."""
     from agent.event_base import Listener, send
     from agent.events import Failed
+    from agent.pipeline.resources import ResourceCache
     from agent.pipeline.run import run_instruction
     from agent.reporting.rerun_log import RerunLog
     from agent.reporting.run_report import RunRecord
@@ -157,10 +159,14 @@ def _carry_out(
 
         try:
             on_table = None if viewer is None else viewer.on_table
+            cache = ResourceCache(OwnFolder(folder, "run"))
             for event in run_instruction(
-                text, options, on_step=on_step if watching else None, trajectories=trajectories, on_table=on_table
+                text, options, cache, on_step=on_step if watching else None, trajectories=trajectories, on_table=on_table
             ):
                 send(event, listeners)
+        except Terminated as ended:
+            record.on_event(Failed("run", ended.reason, int(ended.code or 0)))
+            raise
         except (KeyboardInterrupt, ReaderGone):
             record.on_event(Failed("run", "interrupted", INTERRUPTED))
             raise

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,7 +32,8 @@ from agent.cli.options import (
     WeightsOption,
     recorded_options,
 )
-from agent.runtime.output_ownership import check_own_folder
+from agent.runtime.output_ownership import claim_folder
+from agent.runtime.output_paths import folder_or_new
 from agent.runtime.stdio import import_pybullet_silently
 
 if TYPE_CHECKING:
@@ -78,6 +78,14 @@ def serve(
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
     ] = True,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Build the best arrangement without asking.")] = False,
+    any_file: Annotated[
+        bool,
+        typer.Option(
+            "--any-file",
+            help="Let /load, /save and /report in a page of this machine name any file, not only files in DIR and in the "
+            "current folder.",
+        ),
+    ] = False,
     at: AtOption = None,
     topic: TopicOption = None,
     camera_pose: CameraPoseOption = None,
@@ -94,8 +102,7 @@ def serve(
     from agent.live_view.server import check_installed
 
     check_installed()
-    folder = out or Path("out") / f"{datetime.now():%Y%m%d-%H%M%S}-serve"
-    check_own_folder(folder, "chat", force)
+    claim_folder(out, "chat", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
     recorded = recorded_options(at, topic, camera_pose, call)
     import_pybullet_silently()
@@ -103,8 +110,9 @@ def serve(
     from agent.pipeline.run import RunOptions
 
     options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
-    session = folder / "session.jsonl"
-    code = serve_chat(options, session, host, port, token, yes)
+    with folder_or_new(out, "serve") as folder:
+        session = folder / "session.jsonl"
+        code = serve_chat(options, session, host, port, token, yes, any_file)
     print(f"session: {session}", file=sys.stderr)
     if code:
         raise typer.Exit(code)

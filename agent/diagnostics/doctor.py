@@ -10,6 +10,7 @@ import json
 import platform
 import shlex
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -33,6 +34,7 @@ from agent.runtime.settings import KEY_VARIABLE
 from agent.runtime.terminal_text import styled, visible
 
 PYTHON = Requirement("python", ">=3.11")
+_COLUMNS, _BESIDE = 120, 28  # of a line, and of what stands before a detail
 SECONDS = 90.0  # time limit of a check: packages load slowly from a cold or busy disk
 # Optional packages, and what needs them.
 OPTIONAL = {
@@ -201,7 +203,8 @@ def print_check(check: Check, group: str, results: TextIO) -> None:
     """Print a result; print its group above it where that differs from `group`, the previous one."""
     sign, colour = ("ok", 32) if check.works else ("FAIL", 31) if check.needed else ("--", 33)
     shown = f"\x1b[{colour}m{sign:<4}\x1b[0m" if has_colour(results) else f"{sign:<4}"
-    lines = [f"  {shown}  {check.name:<19} {visible(check.detail)}"]
+    detail = textwrap.wrap(visible(check.detail), _COLUMNS - _BESIDE, break_on_hyphens=False) or [""]
+    lines = [f"  {shown}  {check.name:<19} {detail[0]}", *(f"{'':{_BESIDE}}{more}" for more in detail[1:])]
     lines += [f"        repair: {visible(check.repair)}"] if check.repair else []
     print("\n".join(([] if check.group == group else [check.group]) + lines), file=styled(results), flush=True)
 

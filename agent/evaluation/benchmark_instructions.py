@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.errors import defect_sentence, is_defect
 from agent.evaluation.rows import Row
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from grounding import benchmark
 from grounding.corpus.grammar import sentences
-from grounding.parse_result import Parse
+from grounding.interpreter import Interpreter
+from grounding.parse_result import DEFECT, Parse
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import SLOTS, SpecError, StructureSpec
 
@@ -79,7 +81,7 @@ def read_instructions(
     interpreter = make_interpreter(options, encoder, strict=True)
     instructions = []
     for number, row in building:
-        parse = interpreter.parse(row.text)
+        parse = _parsed(interpreter, row.text)
         truth = true_slots(row, parse.spec if parse.status == "ok" else None)
         if truth is None or not truth.tokens():
             left_out[NO_STRUCTURE] += 1
@@ -89,6 +91,15 @@ def read_instructions(
             embeddings = [encoder.encode([text])[0] for text in texts]
             instructions.append(Instruction(number, row, truth, parse, *embeddings))
     return instructions, left_out
+
+
+def _parsed(interpreter: Interpreter, text: str) -> Parse:
+    try:
+        return interpreter.parse(text)
+    except Exception as error:  # the other sentences are read all the same
+        if not is_defect(error):
+            raise
+        return Parse(text, StructureSpec(), interpreter.name, DEFECT, defect_sentence(error))
 
 
 def true_slots(row: benchmark.Row, parsed: StructureSpec | None) -> StructureSpec | None:

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from agent.evaluation.report import interval, percent, print_table
+from agent.pipeline.reading_alone import read_alone
 from agent.rendering.text import number
 from grounding.benchmark import rate
 from grounding.goal_benchmark.rows import GoalRow, free_goal_rows, goal_scenes, load_goal_rows
 from grounding.goal_benchmark.scoring import is_exact_reading, score_goals
 from grounding.goal_benchmark.templates import templated_goal_rows
+from grounding.parse_result import DEFECT
 
 if TYPE_CHECKING:
     from grounding.interpretation import Interpretation
@@ -29,7 +31,7 @@ def goal_rows(name: str) -> list[GoalRow]:
 
 
 def measure_goal_reading(
-    interpreter: Interpreter, rows: Sequence[GoalRow], progress: Callable[[int], None]
+    interpreter: Interpreter, rows: Sequence[GoalRow], progress: Callable[[int], None], defects: dict[str, str]
 ) -> dict[str, Any]:
     """Read every row in its scene and score it; return JSON values, with times.
 
@@ -39,6 +41,7 @@ def measure_goal_reading(
         interpreter: reads the instructions.
         rows: the instructions.
         progress: called with the number of finished rows.
+        defects: gets the texts at which the program itself failed, each with a sentence.
     """
     readings: list[Interpretation | None] = [None] * len(rows)
     done = 0
@@ -47,23 +50,36 @@ def measure_goal_reading(
         objects = None if scene is None else goal_scenes()[scene]
         for start in range(0, len(own), 64):
             chunk = own[start : start + 64]
-            for i, reading in zip(
-                chunk, interpreter.interpret_many([rows[i].text for i in chunk], objects), strict=True
-            ):
+            found = read_alone(interpreter, [rows[i].text for i in chunk], objects, _with_suggestions)
+            defects |= defects_of(found)
+            for i, reading in zip(chunk, found, strict=True):
                 readings[i] = reading
             done += len(chunk)
             progress(done)
     read = [reading for reading in readings if reading is not None]
     every = max(1, len(rows) // TIMED)
     single = [
-        interpreter.interpret(row.text, None if row.scene is None else goal_scenes()[row.scene]).seconds
+        reading.seconds
         for row in rows[::every][:TIMED]
+        for reading in read_alone(
+            interpreter, [row.text], None if row.scene is None else goal_scenes()[row.scene], _with_suggestions
+        )
     ]
     own = [is_exact_reading(row, one) for row, one in zip(rows, read, strict=True) if one.by_model]
     return {
         **score_goals(rows, read), "by_model": rate(sum(own), len(own)),
         "seconds_warm": statistics.median(single), "seconds_warm_most": max(single),
     }  # fmt: skip
+
+
+def _with_suggestions(reading: Interpretation) -> Interpretation:
+    _ = reading.suggestions  # found where they are asked for, and kept
+    return reading
+
+
+def defects_of(readings: Sequence[Interpretation]) -> dict[str, str]:
+    """Return the texts at which the program itself failed, each with the sentence that says so."""
+    return {one.parse.text: one.message for one in readings if one.status == DEFECT}
 
 
 def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO) -> None:

@@ -31,6 +31,7 @@ from agent.evaluation.rows import LOST, Row, add_rows, lost_count, measured
 from agent.pipeline.candidates import checked_planner
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.runtime.worker_pool import workforce
+from grounding.parse_result import DEFECT
 from structdiffusion.benchmark.scenes import ANY_SHAPE, EvaluationScene, draw_evaluation_scene
 from structdiffusion.benchmark.success import solve
 from structdiffusion.data.scene_sampling import SceneError
@@ -143,6 +144,9 @@ def measure_language(
         **report_frame(config.command(limit), len(built), config.seed),
         "sentences": len(rows),
         "left_out": left_out,
+        "defects": [
+            {"text": one.row.text, "message": one.parse.message} for one in instructions if one.parse.status == DEFECT
+        ],
         "rows": built,
         "aggregate": {key: _grouped(built, key) for key in ("structure", "stratum")},
     }

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 from rich.progress import Progress
 
 import grounding
-from agent.evaluation.goal_reading import goal_rows, measure_goal_reading, print_goal_reading
+from agent.evaluation.goal_reading import defects_of, goal_rows, measure_goal_reading, print_goal_reading
 from agent.evaluation.report import command_line, interval, percent, print_footer, print_table, report_frame
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
+from agent.pipeline.reading_alone import read_alone
 from agent.rendering.text import number
-from agent.runtime.atomic_files import write_all_whole
-from agent.runtime.output_ownership import mark
+from agent.runtime.output_ownership import mark, own_folder
 from agent.runtime.redaction import without_credentials
 from agent.runtime.terminal_text import console_on
 from grounding.benchmark import Row, five_slots, free_rows, load_rows, rate, score, templated_rows
@@ -30,6 +30,7 @@ from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import SLOTS
 
 if TYPE_CHECKING:
+    from grounding.interpretation import Interpretation
     from grounding.interpreter import Interpreter
 
 T = TypeVar("T")
@@ -56,6 +57,7 @@ def measure_parsing(
     sets = {name: thinned(benchmark_rows(name), limit) for name in data}
     goal_sets = {name: thinned(goal_rows(name), limit) for name in goals}
     evaluations, readings = [], []
+    defects: dict[str, str] = {}  # text -> sentence
     with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
         for kind in parsers:
             interpreter = make_interpreter(replace(options, parser=kind), strict=True)
@@ -67,7 +69,9 @@ def measure_parsing(
                 task = progress.add_task(f"{parser}, {name}", total=len(rows))
                 evaluations.append(
                     {"parser": parser, "data": name, "rows": len(rows)}
-                    | _measured(interpreter, rows, lambda done, task=task: progress.update(task, completed=done))
+                    | _measured(
+                        interpreter, rows, lambda done, task=task: progress.update(task, completed=done), defects
+                    )
                     | {"seconds_cold": cold}
                 )
             for name, instructions in goal_sets.items():
@@ -76,7 +80,7 @@ def measure_parsing(
                 readings.append(
                     {"parser": parser, "data": name, "rows": len(instructions)}
                     | measure_goal_reading(
-                        interpreter, instructions, lambda done, advance=advance: advance(completed=done)
+                        interpreter, instructions, lambda done, advance=advance: advance(completed=done), defects
                     )
                 )
     command = command_line(
@@ -85,7 +89,8 @@ def measure_parsing(
         llm_url=without_credentials(options.llm_url, "llm_url"),
     )  # fmt: skip
     count = sum(map(len, sets.values())) + sum(map(len, goal_sets.values()))
-    return {**report_frame(command, count, packages=(grounding,)), "evaluations": evaluations, "goals": readings}
+    return {**report_frame(command, count, packages=(grounding,)), "evaluations": evaluations, "goals": readings,
+            "defects": [{"text": text, "message": message} for text, message in defects.items()]}  # fmt: skip
 
 
 def _label(parser: str, encoder: str | None) -> str:
@@ -105,13 +110,16 @@ def thinned(rows: Sequence[T], limit: int | None) -> Sequence[T]:
     return [rows[i * len(rows) // limit] for i in range(limit)]
 
 
-def _measured(interpreter: Interpreter, rows: Sequence[Row], progress: Callable[[int], None]) -> dict[str, Any]:
+def _measured(
+    interpreter: Interpreter, rows: Sequence[Row], progress: Callable[[int], None], defects: dict[str, str]
+) -> dict[str, Any]:
     texts = [row.text for row in rows]
     every = max(1, len(texts) // TIMED)
-    single = [interpreter.interpret(text).seconds for text in texts[::every][:TIMED]]
+    single = [read_alone(interpreter, [text], None, _itself)[0].seconds for text in texts[::every][:TIMED]]
     parses, seconds = [], 0.0
     for start in range(0, len(texts), 256):
-        found = interpreter.interpret_many(texts[start : start + 256])
+        found = read_alone(interpreter, texts[start : start + 256], None, _itself)
+        defects |= defects_of(found)
         seconds += sum(one.seconds for one in found)
         parses += [five_slots(one.parse, one.status, one.goal) for one in found]
         progress(len(parses))
@@ -125,6 +133,10 @@ def _measured(interpreter: Interpreter, rows: Sequence[Row], progress: Callable[
         "seconds_warm_most": max(single),
         "instructions_per_second": len(texts) / seconds,
     }
+
+
+def _itself(reading: Interpretation) -> Interpretation:
+    return reading
 
 
 def _selected(row: Row, encoder: SentenceEncoder) -> tuple[int, ...] | None:
@@ -177,9 +189,11 @@ def write_parsing(report: Mapping[str, Any], folder: Path) -> list[Path]:
     table = io.StringIO()
     print_parsing(report, table)
     report_text = json.dumps(report, indent=1, ensure_ascii=False) + "\n"
-    write_all_whole(folder, {paths[0].name: report_text, paths[1].name: table.getvalue()})
     for found in report["evaluations"]:
         paths.append(folder / f"confusion-{found['parser']}-{Path(found['data']).stem}.png")
-        draw_confusion(found["confusion"], f"{found['parser']} parser, {Path(found['data']).name}", paths[-1])
-    mark(folder, "evaluation", (path.name for path in paths))
+    with own_folder(folder, "evaluation") as place:
+        mark(place, "evaluation", (path.name for path in paths))
+        place.write({paths[0].name: report_text, paths[1].name: table.getvalue()})
+    for found, path in zip(report["evaluations"], paths[2:], strict=True):
+        draw_confusion(found["confusion"], f"{found['parser']} parser, {Path(found['data']).name}", path)
     return paths

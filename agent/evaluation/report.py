@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from agent import __version__
 from agent.evaluation.result_store import checksum_of_code
-from agent.rendering.text import aligned
+from agent.rendering.text import aligned, columns_of
 from agent.runtime.output_paths import write_report
 from structdiffusion.benchmark.success import wilson_interval
 from structdiffusion.worker_process import WORKER_DIED
@@ -89,7 +89,7 @@ def interval(rate: Mapping[str, Any], digits: int = 0) -> str:
 
 def print_table(table: Sequence[Sequence[str]], results: TextIO, left: int = 1) -> None:
     """Print a table whose first `left` columns are text and whose other columns are numbers."""
-    print(aligned(table, left=left), file=results)
+    print(aligned(table, left, columns_of(results)), file=results)
 
 
 def print_footer(report: Mapping[str, Any], results: TextIO, *notes: str) -> None:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
+import stat
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,9 +21,8 @@ from typing import Any
 import structdiffusion
 from agent import __version__
 from agent.errors import BadInput, UsageError
-from agent.runtime.atomic_files import write_whole
-from agent.runtime.jsonl_journal import Journal, locked
-from agent.runtime.output_ownership import check_own_folder, mark
+from agent.runtime.jsonl_journal import Journal, locked_folder
+from agent.runtime.output_ownership import check_opened, check_own_folder, mark
 from structdiffusion.benchmark.success import Row
 from structdiffusion.limits import ABOUT_BYTES, read_at_most
 from structdiffusion.objects.model import ObjectModel
@@ -47,6 +46,7 @@ class ResultStore:
     Attributes:
         path: the path of the folder.
         rows: the rows in the order in which they were added.
+        place: the folder, open.
 
     Raises:
         UsageError: if the folder is a file, is in use by another evaluation, contains rows of another configuration, or
@@ -57,18 +57,18 @@ class ResultStore:
     def __init__(self, path: Path, config: Mapping[str, Any], keys: set[str], files: Sequence[str]) -> None:
         self.path = path
         check_own_folder(path, "evaluation")
-        self._lock = locked(path, "evaluation")
-        try:
-            mark(path, "evaluation", (ABOUT, ROWS, *files))
+        with ExitStack() as until_open:
+            self.place = until_open.enter_context(locked_folder(path, "evaluation"))
+            check_opened(self.place, "evaluation")
+            mark(self.place, "evaluation", (ABOUT, ROWS, *files))
             # Before there is anything to be written to that file.
             for name in (ABOUT, ROWS, *files):
-                if (path / name).is_dir():
+                if self.place.kind(name) == stat.S_IFDIR:
                     raise BadInput(f"{str(path / name)!r} is a folder, and must be a file; choose another --out")
             self._check_config(config)
-            self._journal = Journal(path / ROWS, keys, "row of an evaluation")
-        except BaseException:
-            os.close(self._lock)
-            raise
+            self._journal = Journal(self.place, ROWS, keys, "row of an evaluation")
+            until_open.callback(self._journal.close)
+            self._open = until_open.pop_all()
 
     def __enter__(self) -> ResultStore:
         return self
@@ -86,8 +86,7 @@ class ResultStore:
 
     def close(self) -> None:
         """Release the folder."""
-        self._journal.close()
-        os.close(self._lock)
+        self._open.close()
 
     def _check_config(self, config: Mapping[str, Any]) -> None:
         """Compare the configuration with the stored one, and store it."""
@@ -109,7 +108,7 @@ class ResultStore:
         elif (self.path / ROWS).exists():
             raise BadInput(f"{str(self.path)!r} has {ROWS} but no {ABOUT}; choose another --out")
         merged = dict(config) | {"networks": networks | config["networks"]}
-        write_whole(path, json.dumps(merged, indent=1) + "\n")
+        self.place.write({ABOUT: json.dumps(merged, indent=1) + "\n"})
 
     def _refusal(self, reason: str) -> UsageError:
         return UsageError(f"{str(self.path)!r} holds an evaluation {reason}; choose another --out")

@@ -5,19 +5,18 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.text import Text
-
 from agent.chat.commands import command_of
 from agent.errors import UsageError
+from agent.runtime.terminal_text import visible
 
 if TYPE_CHECKING:
     from agent.chat.conversation import Conversation
     from agent.live_view.server import Actions, ViewServer
+    from agent.scenes.table_scene import TableScene
 
 LONGEST = 2000  # characters of a line
 _LATE = 0.5  # s that the interruption by a page may take to arrive
@@ -45,17 +44,19 @@ class DriverLines:
         self._asked_before = self._asking = self._stopping = False
         self._stopped_at = 0.0
         self._server: ViewServer | None = None
-        self._console: Console | None = None
+        self._said: Callable[[str], None] = lambda line: None
         self._conversation: Conversation | None = None
+        self._suggested_for: TableScene | None = None
+        self._suggested = ""
 
     @property
     def actions(self) -> Actions:
         """Return what the driver can do, as the server takes it."""
         return {"line": self._take_line, "stop": self._stop}
 
-    def show_on(self, server: ViewServer, console: Console) -> None:
-        """Set the server that tells the page what is asked for, and the console that shows the lines."""
-        self._server, self._console = server, console
+    def show_on(self, server: ViewServer, said: Callable[[str], None]) -> None:
+        """Set the server that tells the page what is asked for, and what shows the lines."""
+        self._server, self._said = server, said
 
     def answer_for(self, conversation: Conversation) -> DriverLines:
         """Set the conversation whose proposals and questions are asked about; return these lines."""
@@ -77,8 +78,7 @@ class DriverLines:
             self._publish("")
         if line is None:
             return None
-        if self._console is not None:
-            self._console.print(Text(f"> {line}", "bold"), highlight=False, soft_wrap=True)
+        self._said(line)
         return line
 
     def _next(self) -> str | None:
@@ -96,14 +96,24 @@ class DriverLines:
             return []
         if talk.question is not None:
             options = enumerate(talk.question.options, start=1)
-            return [{"label": option, "line": str(number)} for number, option in options]
+            answers = [{"label": visible(option), "line": str(number)} for number, option in options]
+            return [*answers, {"label": "Drop the question", "line": "/stop"}]
         if talk.situation.proposal is not None:  # the page may show another one than that which is chosen
             return [
                 {"label": f"Build arrangement {talk.situation.proposal.rank}", "line": "yes"},
-                {"label": "Other arrangements", "line": "/again"},
+                {"label": "Show others", "line": "/again"},
                 {"label": "No", "line": "no"},
             ]
-        return []
+        another = talk.situation.asked and not talk.situation.built
+        choices = [{"label": "Show others", "line": "/again"}] if another else []
+        return [*choices, {"label": "Undo", "line": "/undo"}] if talk.can_undo else self._first_choice(talk)
+
+    def _first_choice(self, talk: Conversation) -> list[dict[str, str]]:
+        """Return the button with an instruction that suits a table of which nothing was asked yet."""
+        if self._suggested_for is not talk.table:
+            example = talk.example()
+            self._suggested_for, self._suggested = talk.table, "" if example is None else example.text
+        return [{"label": self._suggested, "line": self._suggested}] if self._suggested else []
 
     def _publish(self, prompt: str, stopping: bool = False) -> None:
         """Tell the page what is asked for; an empty prompt says that the agent is at work."""

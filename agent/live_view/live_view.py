@@ -66,7 +66,7 @@ class LiveView:
         self._seen: Mapping[str, np.ndarray] = {}
         self._shown: events.Proposed | None = None
         self._rank = 0
-        self._progress = Progress()
+        self._progress = self._waited_with = Progress()
         self._done, self._down = 0, set[str]()  # motions of the arm, and what does not stand as placed
         self._next_poses = self._next_preview = 0.0
 
@@ -84,6 +84,8 @@ class LiveView:
                 self._propose(event, 1)
             case events.Chosen():
                 self._choose(event.rank)
+            case events.Asked():
+                self._forget_proposal()  # it is no longer what is talked about
             case events.Pictured():
                 self._server.publish("picture", picture_message(event.image, event.caption))
             case ArmEvent():
@@ -114,7 +116,8 @@ class LiveView:
         if conversation.table is not self._table:
             self.on_table(conversation.table)
         self._show_poses()
-        proposal = conversation.situation.proposal
+        self._forget_outcome()
+        proposal = None if conversation.question is not None else conversation.situation.proposal
         if proposal is None:
             self._forget_proposal()
         elif proposal.proposed is not self._shown:
@@ -167,6 +170,13 @@ class LiveView:
 
     # --- progress ----------------------------------------------------------------------------
 
+    def _forget_outcome(self) -> None:
+        """Drop how a turn ended when the next one has ended too without any progress of its own."""
+        if self._progress is self._waited_with and self._progress.outcome:
+            self._progress = Progress()
+            self._server.publish("progress", asdict(self._progress))
+        self._waited_with = self._progress
+
     def _follow(self, event: Event) -> None:
         now = self._progress
         match event:
@@ -199,6 +209,8 @@ class LiveView:
                 now = replace(now, stage="checked")
             case events.Restored():
                 now = Progress()
+            case events.Commanded() | events.Answered() if now.outcome:
+                now = Progress()  # the next turn begins
             case events.Failed():
                 now = replace(now, stage=event.message, outcome="failure")
             case events.Finished() if event.success:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from agent.chat.file_access import FileAccess
 from agent.chat.run import converse
 from agent.live_view.access import Access, is_any_address, is_loopback
 from agent.live_view.driver_lines import DriverLines
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
     from agent.pipeline.run import RunOptions
 
 
-def serve_chat(options: RunOptions, session: Path, host: str, port: int, token: bool, yes: bool) -> int:
+def serve_chat(
+    options: RunOptions, session: Path, host: str, port: int, token: bool, yes: bool, any_file: bool = False
+) -> int:
     """Serve a chat until Ctrl-C in the terminal.
 
     Args:
@@ -28,6 +31,8 @@ def serve_chat(options: RunOptions, session: Path, host: str, port: int, token: 
         port: the port; 0 takes a free one.
         token: whether pages of this machine need a token too.
         yes: whether to build without asking.
+        any_file: whether pages of this machine may name any file, not only those beside the session and in the working
+            folder.
 
     Returns:
         The exit code, as that of a chat in the terminal.
@@ -38,12 +43,13 @@ def serve_chat(options: RunOptions, session: Path, host: str, port: int, token: 
     lines = DriverLines(files=is_loopback(host))
     with ViewServer(host, port, token, lines.actions) as server:
         screen = page_screen(server, echo=False)
-        lines.show_on(server, screen.console)
+        lines.show_on(server, screen.said)
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background job has to stop the arm too
             signal.signal(signal.SIGINT, signal.default_int_handler)
         announce(server.access, "Ctrl-C stops the arm, and ends the view when nothing is at work")
         view = LiveView(server, transcript=False)
-        return converse(options, screen, session, lines.answer_for, yes, sys.stderr, view)
+        access = FileAccess(None if any_file else (session.parent.absolute(), Path.cwd()))
+        return converse(options, screen, session, lines.answer_for, yes, sys.stderr, view, access)
 
 
 def announce(access: Access, more: str = "") -> None:

@@ -13,23 +13,27 @@ from http import HTTPStatus
 from importlib.resources import files
 from threading import Thread
 from typing import TYPE_CHECKING, Any, Self
-from urllib.parse import urlsplit
 
 from agent.errors import UsageError
-from agent.live_view.access import LOOPBACK, Access, Refusal, is_loopback, new_token
+from agent.live_view.access import LOOPBACK, Access, is_loopback, new_token
 from agent.live_view.viewers import Viewer, Viewers
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request, Response
 
+    from agent.live_view.connection import CheckedConnection
+
 MOST_VIEWERS = 16
 LONGEST_MESSAGE = 16_384  # bytes from a page: more than any instruction needs
 _ENDING = 5.0  # s that the pages have to be told
 _SOCKET = "/socket"
-_PAGES = {
-    "/": "index.html", "/live_view.css": "live_view.css", "/live_view.js": "live_view.js",
-    "/scene_3d.js": "scene_3d.js", "/matrices.js": "matrices.js",
+_PAGES = {"/": "index.html"} | {
+    f"/{name}": name
+    for name in (
+        "live_view.css", "chat.css", "live_view.js", "elements.js", "transcript.js", "candidates.js", "thumbnails.js",
+        "scene_3d.js", "eye.js", "shaders.js", "solids.js", "matrices.js",
+    )
 }  # fmt: skip
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -114,7 +118,7 @@ class ViewServer:
         """Send a message to all pages, those to come included; may be called in any thread.
 
         Args:
-            kind: the kind; the last message of each kind is kept, of "text" the last lines.
+            kind: the kind; the last message of each kind is kept, of "entry" the last ones.
             payload: the message as JSON values.
         """
         message = json.dumps({"kind": kind, **payload}, separators=(",", ":"))
@@ -144,25 +148,35 @@ class ViewServer:
     async def _serve(self, host: str, port: int, listening: Future[int]) -> None:
         from websockets.asyncio.server import serve
 
+        from agent.live_view.connection import CheckedConnection
+
         quiet = logging.getLogger("agent.live_view.websockets")
         quiet.setLevel(logging.CRITICAL)  # a connection that breaks off is nothing to report
         self._ended = asyncio.Event()
+        CheckedConnection.headers = _HEADERS
         options = {"max_size": LONGEST_MESSAGE, "max_queue": 4, "compression": None, "server_header": None}
         async with serve(
-            self._connected, host, port, process_request=self._answer, logger=quiet, **options
+            self._connected, host, port, process_request=self._answer, logger=quiet,
+            create_connection=CheckedConnection, **options,
         ) as server:  # fmt: skip
             found = next(iter(server.sockets)).getsockname()[1]
             self.access = Access(host, found, self._token)  # before the first request is answered
             listening.set_result(found)
             await self._ended.wait()
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    def _answer(self, connection: CheckedConnection, request: Request) -> Response | None:
         """Answer a request for a file; return `None` for the websocket, after the same checks."""
-        path = urlsplit(request.path).path
-        refusal = self._refusal(request)
+        response = self._whole_answer(connection, request)
+        if response is not None and not connection.body_wanted:
+            response.body = b""
+        return response
+
+    def _whole_answer(self, connection: CheckedConnection, request: Request) -> Response | None:
+        path = request.path.partition("?")[0]
+        refusal = self.access.refusal(request.path, request.headers)
         if refusal is not None:
             return _response(refusal.status, refusal.reason.encode())
-        if path == _SOCKET and "upgrade" in request.headers.get("Connection", "").lower():
+        if path == _SOCKET and connection.body_wanted and "upgrade" in request.headers.get("Connection", "").lower():
             full = len(self._viewers) >= MOST_VIEWERS
             return _response(503, f"there are {MOST_VIEWERS} viewers already".encode()) if full else None
         if path == "/" and self.access.has_token_in(request.path):
@@ -174,17 +188,11 @@ class ViewServer:
         content = files("agent.live_view").joinpath("page", name).read_bytes()
         return _response(200, content, {"Content-Type": _content_type(name)})
 
-    def _refusal(self, request: Request) -> Refusal | None:
-        names = [name.lower() for name, _ in request.headers.raw_items()]
-        if any(names.count(name) > 1 for name in ("host", "origin", "cookie", "connection")):
-            return Refusal(400, "a header is given twice")
-        return self.access.refusal(request.path, request.headers)
-
     async def _connected(self, connection: ServerConnection) -> None:
         """Serve one page until it leaves: send what is new, and carry out what the driver asks for."""
         from websockets.exceptions import ConnectionClosed
 
-        viewer = self._viewers.add(drives="again" not in urlsplit(connection.request.path).query)
+        viewer = self._viewers.add(drives="again" not in connection.request.path.partition("?")[2])
         self._tell_roles()
         sending = asyncio.create_task(self._send(connection, viewer))
         ending = asyncio.create_task(self._close_at_the_end(connection))

@@ -1,63 +1,85 @@
-"""Show the chat in the page: the screen of the terminal's chat, whose lines go to the page as text with styles."""
+"""Show the chat in the page: what the screen of the chat says reaches it as typed entries, which the page lays out."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any, TextIO, cast
+from itertools import groupby
+from typing import Any
 
-from rich.ansi import AnsiDecoder
-from rich.console import Console
 from rich.text import Text
 
 from agent.chat.view import ChatScreen, Surroundings
 from agent.live_view.server import ViewServer
 from agent.rendering.object_markers import Marker
-from agent.runtime.terminal_text import console_on
+from agent.rendering.text import duration, number
+from agent.reporting.event_text import shortcoming
+from agent.runtime.terminal_text import visible
 
-_WIDTH = 400  # columns: the page wraps lines itself, according to its width
+_COLUMNS = re.compile(" {2,}")
 
 
 class Transcript:
-    """A stream of text for a console: each line is sent to the page with its styles.
+    """A printer of the chat (`agent.chat.text_printer.Printer`) whose pieces are messages of kind "entry".
+
+    Each has a `type`: "said", "title", "rows", "line", "question" or "check". Control characters in their texts are made
+    visible, those that reverse the direction of writing included.
 
     Args:
-        server: sends the lines.
+        server: sends the entries.
     """
 
-    encoding = "utf-8"
-
     def __init__(self, server: ViewServer) -> None:
-        self._server, self._decoder, self._begun = server, AnsiDecoder(), ""
+        self._server = server
 
-    def write(self, text: str) -> int:
-        """Take text; send the lines that are complete."""
-        *lines, self._begun = (self._begun + text).split("\n")
-        for line in lines:
-            self._server.publish("text", {"parts": _parts(self._decoder.decode_line(line))})
-        return len(text)
+    def said(self, line: str) -> None:
+        """Send a line of the user."""
+        self._send("said", text=line)
 
-    def flush(self) -> None:
-        """Do nothing: a line is sent when it is complete."""
+    def title(self, title: str, seconds: float | None = None) -> None:
+        """Send the title of what follows, with the duration of its step."""
+        self._send("title", text=title, took="" if seconds is None else duration(seconds))
 
-    def isatty(self) -> bool:
-        """Return `False`: there is no cursor to move."""
-        return False
+    def rows(self, rows: Sequence[Sequence[str]]) -> None:
+        """Send a table."""
+        self._send("rows", rows=[list(row) for row in rows])
+
+    def line(self, text: str, style: str = "") -> None:
+        """Send a line; `style` has the words bold, dim, red and green."""
+        self._send("line", text=text.strip(), style=style)
+
+    def answer(self, text: str) -> None:
+        """Send the lines of an answer; those with columns, which two spaces part, as a table."""
+        lines = [_COLUMNS.split(line.strip()) for line in text.splitlines()]
+        for in_columns, these in groupby(lines, lambda cells: len(cells) > 1):
+            if in_columns:
+                self.rows(list(these))
+            else:
+                for (line,) in these:
+                    self.line(line)
+
+    def question(self, question: str, options: Sequence[str]) -> None:
+        """Send a question with its options."""
+        self._send("question", text=question, options=list(options))
+
+    def check(self, passed: bool, sentence: str) -> None:
+        """Send a check that passed or failed."""
+        self._send("check", passed=passed, text=sentence)
+
+    def space(self) -> None:
+        """Send nothing: the page sets what belongs together apart."""
+
+    def _send(self, kind: str, **content: Any) -> None:
+        self._server.publish("entry", {"type": kind, **_visible(content)})
 
 
-def _parts(line: Text) -> list[list[str]]:
-    """Return (text, names of styles) of the pieces of a line."""
-    pieces = []
-    for text, style, _ in line.render(_PLAIN):
-        names = [name for name in ("bold", "dim") if style is not None and getattr(style, name)]
-        if style is not None and style.color is not None and not style.color.is_default:
-            names.append(_COLORS.get(style.color.number, ""))
-        if text:
-            pieces.append([text, " ".join(filter(None, names))])
-    return pieces
-
-
-_PLAIN = Console(color_system=None)
-_COLORS = {1: "red", 2: "green", 6: "cyan"}  # of a terminal, by their numbers; the page has no others
+def _visible(value: Any) -> Any:
+    """Return JSON values with the control characters in their texts made visible."""
+    if isinstance(value, str):
+        return visible(value)
+    if isinstance(value, list):
+        return [_visible(one) for one in value]
+    return {name: _visible(one) for name, one in value.items()} if isinstance(value, dict) else value
 
 
 class _Captions:
@@ -65,8 +87,8 @@ class _Captions:
 
     columns = 56
 
-    def __init__(self, console: Console) -> None:
-        self._console = console
+    def __init__(self, text: Transcript) -> None:
+        self._text = text
 
     def beside(self, count: int) -> int:
         return self.columns
@@ -80,9 +102,14 @@ class _Captions:
     def show_candidates(
         self, scene: Mapping[str, Any], candidates: Sequence[Mapping[str, Any]], captions: Sequence[Sequence[Text]]
     ) -> None:
-        for caption in captions:
-            for line in caption:
-                self._console.print(Text("  ") + line, highlight=False, soft_wrap=True)
+        best = candidates[0]["scores"]
+        named = [f"arrangement {one['rank']}" for one in candidates]
+        scored = [f"score {number(one['scores']['total'], 2)}" for one in candidates]
+        if len(candidates) == 1:
+            self._text.line(f"{named[0]}, {scored[0]}")
+            return
+        lacking = [shortcoming(one["scores"], best) if one["rank"] > 1 else "the best" for one in candidates]
+        self._text.rows(list(zip(named, scored, lacking, strict=True)))
 
     def previews(self, scene: Mapping[str, Any], payload: Mapping[str, Any], columns: int) -> list[Text]:
         return []  # the view shows the samples
@@ -118,8 +145,5 @@ def page_screen(server: ViewServer, echo: bool) -> ChatScreen:
         server: sends what is shown.
         echo: whether the lines of the user are shown too, because they are typed elsewhere.
     """
-    stream = cast(TextIO, Transcript(server))
-    console = console_on(
-        stream, width=_WIDTH, force_terminal=True, color_system="standard", legacy_windows=False, markup=False
-    )
-    return ChatScreen(console, echo, Surroundings(_Captions(console), _Busy(server)))
+    text = Transcript(server)
+    return ChatScreen(echo=echo, surroundings=Surroundings(text, _Captions(text), _Busy(server)))

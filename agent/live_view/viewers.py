@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections import deque
 from itertools import count
+from secrets import token_hex
 from typing import Any
 
 MOST_LINES = 400  # of the conversation, that a new viewer gets
@@ -13,11 +15,11 @@ _OF_A_SCENE = ("poses", "candidates", "chosen", "preview")
 
 
 class Viewer:
-    """A connected page: its messages that wait, at most one of each kind besides lines of text.
+    """A connected page: its messages that wait, at most one of each kind besides entries of the conversation.
 
     Attributes:
         number: tells viewers apart.
-        overrun: whether it reads so slowly that lines of text had to be dropped; it should be disconnected.
+        overrun: whether it reads so slowly that entries had to be dropped; it should be disconnected.
     """
 
     def __init__(self, number: int) -> None:
@@ -27,8 +29,8 @@ class Viewer:
         self._some = asyncio.Event()
 
     def put(self, kind: str, message: str) -> None:
-        """Add a message; an earlier one of the same kind that still waits is replaced, lines of text excepted."""
-        key: str | int = next(self._lines) if kind == "text" else kind
+        """Add a message; an earlier one of the same kind that still waits is replaced, entries of the conversation excepted."""
+        key: str | int = next(self._lines) if kind == "entry" else kind
         self._waiting.pop(key, None)
         self._waiting[key] = message
         self.overrun = self.overrun or len(self._waiting) > 2 * MOST_LINES
@@ -54,7 +56,9 @@ class Viewers:
         self._viewers: dict[int, Viewer] = {}
         self._numbers = count(1)
         self._state: dict[str, str] = {}
-        self._text: deque[str] = deque(maxlen=MOST_LINES)
+        self._entries: deque[str] = deque(maxlen=MOST_LINES)
+        # By another start, a page that comes back knows that what it was told before is void.
+        self._hello = json.dumps({"kind": "hello", "start": token_hex(8)})
         self._driver: Viewer | None = None
 
     def __len__(self) -> int:
@@ -68,8 +72,9 @@ class Viewers:
         """
         viewer = Viewer(next(self._numbers))
         self._viewers[viewer.number] = viewer
-        for line in self._text:
-            viewer.put("text", line)
+        viewer.put("hello", self._hello)
+        for entry in self._entries:
+            viewer.put("entry", entry)
         for kind, message in self._state.items():
             viewer.put(kind, message)
         if drives and self._drivable and self._driver is None:
@@ -114,8 +119,8 @@ class Viewers:
 
     def tell_all(self, kind: str, message: str) -> None:
         """Send a message to all viewers, and keep it for those to come."""
-        if kind == "text":
-            self._text.append(message)
+        if kind == "entry":
+            self._entries.append(message)
         else:
             if kind == "scene":
                 for stale in _OF_A_SCENE:

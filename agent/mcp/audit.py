@@ -2,7 +2,8 @@
 
 | key | value |
 |---|---|
-| `time` | when the line was written, UTC |
+| `time` | when the line was written, UTC; never before that of an earlier line of this server |
+| `clock` | only if the clock was set back: what it shows |
 | `client` | the client's name and version, as it gave them |
 | `tool`, `arguments` | what was called; long texts are shortened |
 | `decision` | who allowed it: "not needed", "asked", "approved", "approved by --approve-all", "declined", "dismissed" |
@@ -43,7 +44,7 @@ class AuditLog:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._lock = Lock()
+        self._lock, self._latest = Lock(), ""
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o600)
@@ -62,9 +63,12 @@ class AuditLog:
 
     def write(self, entry: Mapping[str, Any]) -> None:
         """Append one line."""
-        line = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), **entry}
-        content = json.dumps(line, ensure_ascii=True, allow_nan=False).encode() + b"\n"
         with self._lock:
+            now = datetime.now(UTC).isoformat(timespec="milliseconds")
+            self._latest = max(now, self._latest)
+            set_back = {"clock": now} if now < self._latest else {}
+            line = {"time": self._latest, **set_back, **entry}
+            content = json.dumps(line, ensure_ascii=True, allow_nan=False).encode() + b"\n"
             try:
                 while content:
                     content = content[os.write(self._file, content) :]

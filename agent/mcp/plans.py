@@ -10,8 +10,8 @@ import numpy as np
 
 from agent import events
 from agent.errors import UsageError
+from agent.mcp.quoting import quoted
 
-_LONGEST_SHOWN = 40  # characters of a wrong plan id that an error repeats
 _REMEMBERED = 1000  # plans whose fate is known; older ones are forgotten
 _SAME_PLACE = 1e-6  # m, and of a rotation's entries
 
@@ -111,9 +111,8 @@ class PlanLedger:
         why = self._spent.get(plan_id)
         if why is not None:
             raise UsageError(f"{plan_id} {why}; call propose for a new one")
-        shown = plan_id if len(plan_id) <= _LONGEST_SHOWN else f"{plan_id[:_LONGEST_SHOWN]}..."
         known = f"legal: {', '.join(self._open)}" if self._open else "there is none now; call propose for one"
-        raise UsageError(f"there is no plan {shown!r}; {known}")
+        raise UsageError(f"there is no plan {quoted(plan_id)}; {known}")
 
     def _spend(self, plan_id: str, why: str) -> None:
         del self._open[plan_id]

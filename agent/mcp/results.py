@@ -1,4 +1,7 @@
-"""Define what the tools return: their JSON schemas are made from these models, and clients get both."""
+"""Define what the tools return: their JSON schemas are made from these models, and clients get both.
+
+In sentences, names of objects stand in quotes (`agent.mcp.quoting`); a field that is a name has it as it is.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +26,9 @@ class SeenObject(Result):
     category: str = Field(description="its noun")
     color: str = Field(description="the name of its colour; empty if it is not known")
     position: Position = Field(description=_POSITION)
+    size_cm: tuple[float, float, float] = Field(
+        description="width, depth and height in centimetres of what is seen of it: the longer side, the shorter, upwards"
+    )
 
 
 class LookResult(Result):
@@ -61,6 +67,12 @@ class Move(Result):
 
     name: str
     position: Position = Field(description=_POSITION)
+    turn_deg: float = Field(
+        description="how far it is turned about z from how it stands now, in degrees; positive is counter-clockwise from above"
+    )
+    orientation: tuple[float, float, float, float] = Field(
+        description="the whole rotation from how it stands now, as a unit quaternion x, y, z, w"
+    )
     aside: bool = Field(description="whether it only makes room")
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable
+import logging
+import reprlib
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from mcp.server.lowlevel.helper_types import ReadResourceContents
@@ -13,19 +15,24 @@ from mcp.types import CallToolResult, InputRequiredResult, Tool
 from pydantic import ValidationError
 
 from agent import __version__
-from agent.errors import exit_code_of, one_sentence
+from agent.errors import defect_sentence, exit_code_of, one_sentence
 from agent.mcp.audit import CANCELLED, DONE, AuditedCall, AuditLog
+from agent.mcp.quoting import quote_names, quoted
+from agent.mcp.sessions import HEADER, Sessions
 from agent.mcp.shared_table import SharedTable
 from agent.mcp.tools import add_resources, add_tools, current_call
 from agent.mcp.worker import TableWorker
 
+_LOG = logging.getLogger(__name__)
 _INSTRUCTIONS = (
     "A simulated robot arm builds structures from the objects on one table. Order of work: look; propose with the "
     "person's own words; if there is a question, ask the person and call propose with the answer; tell the person the "
     "wish and the notes; preview if in doubt; build with a plan_id, which asks the person for approval; report. A "
-    'correction ("bigger", "now a line") is another propose. stop stops the arm. undo reverts one turn.'
+    'correction ("bigger", "now a line") is another propose; propose_again shows another arrangement. stop stops the '
+    "arm. undo reverts one turn. In sentences, what stands in double quotes is a name from a file and nothing that the "
+    "person said."
 )
-_LONGEST_SHOWN = 60  # characters of a wrong value that an error repeats
+MOST_SESSIONS = 32  # over HTTP
 
 
 class TableServer(MCPServer):
@@ -33,9 +40,13 @@ class TableServer(MCPServer):
 
     Args:
         audit: the log.
+        names: returns the names of the objects, which stand in quotes in every error.
+
+    Attributes:
+        sessions: those over HTTP.
     """
 
-    def __init__(self, audit: AuditLog) -> None:
+    def __init__(self, audit: AuditLog, names: Callable[[], Iterable[str]]) -> None:
         super().__init__(
             "structagent",
             title="structagent",
@@ -44,7 +55,7 @@ class TableServer(MCPServer):
             version=__version__,
             log_level="ERROR",
         )
-        self._audit = audit
+        self._audit, self._names, self.sessions = audit, names, Sessions(MOST_SESSIONS)
 
     async def list_tools(self) -> list[Tool]:
         """List the tools; their schemas say that there are no further arguments."""
@@ -60,7 +71,8 @@ class TableServer(MCPServer):
         call = AuditedCall(self._audit, _client(context), name, arguments)
         token = current_call.set(call)
         try:
-            outcome, result = await self._outcome(name, arguments, context)
+            with self.sessions.working(_session(context)):
+                outcome, result = await self._outcome(name, arguments, context)
         except asyncio.CancelledError:
             call.write(CANCELLED)
             raise
@@ -81,8 +93,11 @@ class TableServer(MCPServer):
         except UnexpectedToolError as error:
             cause = error.__cause__
             if cause is None or exit_code_of(cause) is None:
-                return f"defect: {type(cause).__name__}: {cause}", error
-            return f"refused: {one_sentence(cause)}", ToolError(one_sentence(cause))
+                cause = error if cause is None else cause
+                _LOG.error("a defect in the tool %s", name, exc_info=cause)
+                return f"defect: {type(cause).__name__}: {cause}", ToolError(quote_names(defect_sentence(cause), self._names()))
+            sentence = quote_names(one_sentence(cause), self._names())
+            return f"refused: {sentence}", ToolError(sentence)
         except ToolError as error:
             sentence = one_sentence(error)
             if isinstance(error.__cause__, ValidationError):
@@ -118,7 +133,7 @@ class TableServer(MCPServer):
                 cause = cause.__cause__
             if cause is None or exit_code_of(cause) is None:
                 raise
-            raise ResourceError(one_sentence(cause)) from None
+            raise ResourceError(quote_names(one_sentence(cause), self._names())) from None
 
 
 def make_server(table: SharedTable, worker: TableWorker, audit: AuditLog, approve_all: bool = False) -> TableServer:
@@ -130,7 +145,7 @@ def make_server(table: SharedTable, worker: TableWorker, audit: AuditLog, approv
         audit: the audit log.
         approve_all: whether things move without asking a person.
     """
-    server = TableServer(audit)
+    server = TableServer(audit, lambda: table.names)
     add_tools(server, table, worker, approve_all)
     add_resources(server, table, worker)
     return server
@@ -142,9 +157,14 @@ def _client(context: Context | None) -> str:
     return f"{parameters.client_info.name} {parameters.client_info.version}" if parameters else "unknown"
 
 
+def _session(context: Context | None) -> str | None:
+    """Return the session that a call belongs to; `None` without one."""
+    headers = context.headers if context is not None else None
+    return None if headers is None else headers.get(HEADER)
+
+
 def _shown(value: Any) -> str:
-    text = repr(value[:_LONGEST_SHOWN] if isinstance(value, str) else value)
-    return text if len(text) <= _LONGEST_SHOWN + 2 else f"{text[:_LONGEST_SHOWN]}..."
+    return quoted(value) if isinstance(value, str) else quoted(reprlib.repr(value))[1:-1]
 
 
 def _argument_sentence(tool: str, error: ValidationError) -> str:

@@ -17,12 +17,11 @@ from typing import Any
 
 import anyio
 import uvicorn
-from mcp.server.mcpserver import MCPServer
 from mcp.server.transport_security import TransportSecuritySettings
 
-from agent.errors import INTERRUPTED, BadInput, UsageError
+from agent.errors import BadInput, UsageError
 from agent.mcp.audit import AuditLog
-from agent.mcp.server import make_server
+from agent.mcp.server import MOST_SESSIONS, TableServer, make_server
 from agent.mcp.shared_table import SharedTable
 from agent.mcp.worker import TableWorker
 from agent.pipeline.run import RunOptions
@@ -30,7 +29,7 @@ from agent.runtime.settings import TOKEN_VARIABLE
 
 PATH = "/mcp"
 _LEAST_TOKEN = 16  # characters
-_MOST_SESSIONS = 32
+_IDLE_SECONDS = 300.0  # after which a session without a request or an open stream ends
 _LARGEST_REQUEST = 256 * 1024  # bytes
 _SECONDS_TO_END = 3  # that open streams get when the server ends
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
@@ -98,7 +97,8 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
             say("the arm moves without asking anyone (--approve-all)")
         if address is None:
             table.preload()
-            signal.signal(signal.SIGINT, _end_at_once)
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                signal.signal(number, _end_at_once)
             say("serving on standard input and output")
             anyio.run(server.run_stdio_async)
         else:
@@ -108,13 +108,13 @@ def serve(options: RunOptions, folder: Path, audit: Path, approve_all: bool, add
 
 
 def _end_at_once(number: int, frame: FrameType | None) -> None:
-    """End the process on Ctrl-C; a thread that waits for a line of the client would keep any other end waiting too."""
+    """End the process; a thread that waits for a line of the client would keep any other end waiting too."""
     with suppress(OSError):  # `print` may be what was interrupted
-        os.write(2, b"structagent: interrupted\n")
-    os._exit(INTERRUPTED)
+        os.write(2, b"structagent: interrupted\n" if number == signal.SIGINT else b"structagent: terminated\n")
+    os._exit(128 + number)
 
 
-def http_server(server: MCPServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:
+def http_server(server: TableServer, address: Address, say: Say) -> tuple[uvicorn.Server, socket.socket]:
     """Return a web server for a server of tools, and the socket that it listens on.
 
     Raises:
@@ -132,9 +132,11 @@ def http_server(server: MCPServer, address: Address, say: Say) -> tuple[uvicorn.
     app: Any = server.streamable_http_app(
         streamable_http_path=PATH,
         max_request_body_size=_LARGEST_REQUEST,
-        max_sessions=_MOST_SESSIONS,
+        session_idle_timeout=_IDLE_SECONDS,
+        max_sessions=MOST_SESSIONS,
         transport_security=_security(address, port),
     )
+    app = server.sessions.giving_way(app)
     if token is not None:
         app = _with_token(app, token)
     say(f"serving on http://{address.url_host}:{port}{PATH}")

@@ -5,7 +5,6 @@ Every method but `close` is a piece of work for the thread of `agent.mcp.worker`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -19,32 +18,31 @@ from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option
 from agent.errors import DONE, AgentError, NotBuildable, UsageError
 from agent.event_base import Event, json_value, kind_of
 from agent.mcp.plans import Plan, PlanLedger
+from agent.mcp.quoting import quote_names, quoted
 from agent.mcp.results import (
     BuildResult,
-    Check,
     LookResult,
-    Move,
     ParseResult,
     PlanOffer,
     PreviewResult,
     ProposeResult,
     ReportResult,
-    SeenObject,
     StopResult,
     UndoResult,
 )
+from agent.mcp.table_results import checked_of, checks_of, moves_of, notes_of, seen_objects
 from agent.mcp.worker import Job, StoppedError
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.rendering.image_files import pictures_of, webp_of
-from agent.reporting.event_text import arm_sentence, parse_notes
+from agent.reporting.event_text import arm_sentence
 from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
+from agent.runtime.output_ownership import OwnFolder
 from grounding.goals.description import describe_part, describe_parts
-from grounding.parse_result import shortened
 
 SESSION, PAGE = "session.jsonl", "report.html"
 OFFERED = 3  # arrangements of a proposal that get a plan
@@ -70,7 +68,7 @@ class SharedTable:
     def __init__(self, options: RunOptions, folder: Path, cache: ResourceCache | None = None) -> None:
         self.plans, self.version = PlanLedger(), 0
         self._folder, self._job, self._heard = folder, Job(""), list[Event]()
-        self._cache = ResourceCache() if cache is None else cache
+        self._cache = ResourceCache(OwnFolder(folder, "chat")) if cache is None else cache
         self._writer = SessionWriter(folder / SESSION, json_value(asdict(options)), owner="chat")
         try:
             self._turns = TurnRecords(self._writer, TURNS_KEPT)
@@ -109,7 +107,17 @@ class SharedTable:
     def _arm_sentence(self, event: Event) -> str:
         proposal = self._talk.situation.shown
         assert proposal is not None  # the arm works on a proposal alone
-        return arm_sentence(event.to_dict(), [cloud.name for cloud in proposal.scene.objects])
+        return self._quoted(arm_sentence(event.to_dict(), [cloud.name for cloud in proposal.scene.objects]))
+
+    @property
+    def names(self) -> set[str]:
+        """Return the names of the objects, and nouns that are more than a word: all of them come from files."""
+        table = self._talk.table
+        nouns = {model.category for model in table.models if not model.category.isalpha()}
+        return nouns.union(table.names, table.display_names, table.original_names)
+
+    def _quoted(self, sentence: str) -> str:
+        return quote_names(sentence, self.names)
 
     # --- looking and reading -----------------------------------------------------------------------
 
@@ -119,22 +127,14 @@ class SharedTable:
         talk = self._talk
         seen, example, question = talk.look(), talk.example(), talk.question
         result = LookResult(
-            objects=[
-                SeenObject(
-                    name=one.display_name or one.name,
-                    category=one.category,
-                    color=one.color_name,
-                    position=_rounded(one.position),
-                )
-                for one in seen.objects
-            ],
+            objects=seen_objects(seen),
             table=tuple(seen.table),
             held=talk.table.held,
             fallen=list(talk.table.fallen),
             out_of_reach=list(talk.table.out_of_reach),
-            notes=list(seen.notes),
+            notes=list(map(self._quoted, seen.notes)),
             asked=self._wish(),
-            question=question.text if question else None,
+            question=self._quoted(question.text) if question else None,
             options=list(question.options) if question else [],
             example=example.text if example else None,
         )
@@ -153,20 +153,23 @@ class SharedTable:
         read = self._cache.interpreter(talk.options.reading).interpret(text, table.referents_of(names))
         return ParseResult(
             status=read.status,
-            message="; ".join(filter(None, (read.message, read.fallback))),
+            message=self._quoted("; ".join(filter(None, (read.message, read.fallback)))),
             options=list(read.question.options) if read.question else [],
             slots=read.spec.to_dict(),
-            parts=[describe_part(part, names) for part in read.goal.parts],
+            parts=[self._quoted(describe_part(part, names)) for part in read.goal.parts],
             objects=None if read.objects is None else list(read.objects),
             goal=json_value(read.goal.to_dict()),
-            suggestions=[describe_parts(one.parts, names) for one in read.suggestions],
+            suggestions=[self._quoted(describe_parts(one.parts, names)) for one in read.suggestions],
             confidence={slot: round(share, 4) for slot, share in read.parse.confidence.items()},
         )
 
     # --- proposing ---------------------------------------------------------------------------------
 
-    def propose(self, job: Job, text: str) -> ProposeResult:
+    def propose(self, job: Job, text: str) -> tuple[ProposeResult, list[bytes]]:
         """Take a line of the conversation as a chat does: an instruction, a correction, an answer or a question.
+
+        Returns:
+            What comes of it, and a picture of the best arrangement as a WebP file if there is a proposal.
 
         Raises:
             UsageError: for a line that is a command.
@@ -177,10 +180,11 @@ class SharedTable:
         if not line:
             raise UsageError("the text is empty; say what to build")
         found = command_of(line)
+        if found is not None and found[0].name == "/again":
+            return self.propose_again(job)
         if found is not None:
-            said = shortened(line)
             raise UsageError(
-                f"{said!r} is the command {found[0].name} of a chat; here call a tool such as undo or stop"
+                f"{quoted(line)} is the command {found[0].name} of a chat; here call a tool such as undo or stop"
             )
         chosen = chosen_option(line, talk.question) if talk.question is not None else None
         if chosen is None and bare_words(line) in (*YES, *NO):
@@ -188,54 +192,84 @@ class SharedTable:
                 f"{line!r} asks for nothing; call build with a plan_id to build, or stop to drop what is open"
             )
         if chosen is None and talk.replied(line):
-            return self._proposal("answered", answer=self._last(events.Answered).answer)
-        if not talk.table.tidy:
-            raise UsageError("the arm was stopped before it had folded; call undo, which folds it, and propose again")
-        self.version += 1
-        self.plans.drop_all("something else was asked for since")
+            return self._proposal("answered", answer=self._last(events.Answered).answer), []
+        self._begin_anew("something else was asked for since")
         if chosen is not None:
             done = talk.answer(chosen[0])
         else:
             done = talk.say(line) if talk.question is None else talk.answer_in_words(line)
+        return self._proposed(done, job)
+
+    def propose_again(self, job: Job, seed: int | None = None) -> tuple[ProposeResult, list[bytes]]:
+        """Propose other arrangements of what was asked for last, the best of which differs visibly from those shown.
+
+        Args:
+            job: the job.
+            seed: of the arrangements; by default the next one.
+
+        Raises:
+            UsageError: if nothing was asked for.
+            AgentError: if there is no proposal.
+        """
+        self._begin(job)
+        if not self._talk.situation.asked and self._talk.question is None:
+            raise UsageError("nothing was asked for yet, so there is no other arrangement; call propose with a wish")
+        self._begin_anew("another arrangement was asked for since")
+        return self._proposed(self._talk.again(seed), job)
+
+    def _begin_anew(self, why: str) -> None:
+        """Make every plan void before something is proposed.
+
+        Raises:
+            UsageError: if the arm is not at rest.
+        """
+        if not self._talk.table.tidy:
+            raise UsageError("the arm was stopped before it had folded; call undo, which folds it, and propose again")
+        self.version += 1
+        self.plans.drop_all(why)
+
+    def _proposed(self, done: bool, job: Job) -> tuple[ProposeResult, list[bytes]]:
+        """Return what a line has led to, and the picture of a proposal from above.
+
+        Raises:
+            AgentError: if it led to nothing.
+        """
         if done:
-            return self._proposal("proposed")
+            proposal = self._talk.situation.proposal
+            assert proposal is not None  # a line has led to it
+            pictures = [one.content for one in pictures_of(proposal.chosen) if one.name == "proposed-goal"]
+            return self._proposal("proposed"), pictures
         if job.stopped:
             raise StoppedError("the proposal was stopped before it was made")
         if (failed := self._last(events.Failed)) is not None:
             raise NotBuildable(failed.message)
-        return self._proposal("question")
+        return self._proposal("question"), []
 
     def _proposal(self, status: str, answer: str | None = None) -> ProposeResult:
         question = self._talk.question
         return ProposeResult(
             status=status,
             wish=self._wish(),
-            notes=self._notes(),
+            notes=list(map(self._quoted, notes_of(self._heard))),
             plans=self._offers() if status == "proposed" else [],
-            question=question.text if question else None,
+            question=self._quoted(question.text) if question else None,
             options=list(question.options) if question else [],
-            answer=answer,
+            answer=None if answer is None else self._quoted(answer),
         )
 
     def _wish(self) -> str | None:
-        return describe_wish(self._talk.situation) if self._talk.situation.asked else None
-
-    def _notes(self) -> list[str]:
-        """Return the remarks of this call, each once."""
-        notes = [
-            note for event in self._heard if isinstance(event, events.Parsed) for note in parse_notes(event.to_dict())
-        ]
-        notes += [event.message for event in self._heard if isinstance(event, events.Noted)]
-        return list(dict.fromkeys(notes))
+        return self._quoted(describe_wish(self._talk.situation)) if self._talk.situation.asked else None
 
     def _offers(self) -> list[PlanOffer]:
         talk = self._talk
         proposal = talk.situation.proposal
         assert proposal is not None  # there is one when a line has led to a proposal
         poses, offers = talk.table.poses(), []
-        for rank in range(1, min(OFFERED, proposal.viable_count) + 1):
+        offered = talk.ranks[:OFFERED]
+        talk.show_ranks(offered)
+        for rank in offered:
             chosen = replace(proposal, rank=rank).chosen
-            moves = _moves(chosen)
+            moves = moves_of(chosen)
             names = tuple(move.name for move in moves)
             plan = self.plans.issue(proposal.proposed, rank, self._wish() or "", names, poses)
             offers.append(PlanOffer(plan_id=plan.id, score=round(chosen.scores["total"], 4), moves=moves))
@@ -278,10 +312,10 @@ class SharedTable:
         result = PreviewResult(
             plan_id=plan.id,
             wish=plan.wish,
-            moves=_moves(proposal.chosen),
+            moves=moves_of(proposal.chosen),
             stands=checked is not None and checked.success,
-            message=message,
-            checks=_checks(json_value(checked.checks) if checked else ()),
+            message=self._quoted(message),
+            checks=checked_of(checked),
         )
         return result, pictures
 
@@ -305,12 +339,12 @@ class SharedTable:
         return BuildResult(
             plan_id=plan_id,
             success=built,
-            message="everything stands as asked" if failed is None else failed.message,
+            message="everything stands as asked" if failed is None else self._quoted(failed.message),
             moved=list(talk.situation.builds[-1].moved),
             stopped=job.stopped,
             other_arrangement=shown is not None and shown.rank != plan.rank,
             steps=[self._arm_sentence(event) for event in self._heard if kind_of(event) in _ARM],
-            checks=_checks(json_value(checked.checks) if checked else ()),
+            checks=checked_of(checked),
             seconds=round(finished.seconds, 3) if finished else 0.0,
             turn=self._turns.count,
         )
@@ -373,8 +407,8 @@ class SharedTable:
             turns=self._turns.count,
             instruction=report["instruction"],
             success=outcome["success"] if outcome["exit_code"] is not None else None,
-            message=outcome["message"] if outcome["exit_code"] not in (None, DONE) else None,
-            checks=_checks(verdict["checks"] if verdict else ()),
+            message=self._quoted(outcome["message"]) if outcome["exit_code"] not in (None, DONE) else None,
+            checks=checks_of(verdict["checks"] if verdict else ()),
             seconds=report["seconds"],
             page=str(page.resolve()),
             resources=[*names, *(f"structagent://turns/{number}/pictures/{name}" for name in record.pictures)],
@@ -392,21 +426,3 @@ class SharedTable:
             legal = f"legal: {max(1, last - TURNS_KEPT + 1)} to {last}" if last else "nothing was asked for yet"
             raise UsageError(f"there is no turn {number}; {legal}")
         return record
-
-
-def _rounded(position: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = (round(float(value), 4) for value in position)
-    return x, y, z
-
-
-def _moves(chosen: events.Chosen) -> list[Move]:
-    """Return the objects that an arrangement moves, and where to."""
-    return [
-        Move(name=goal["name"], position=_rounded(goal["position"]), aside=bool(goal.get("aside")))
-        for goal in chosen.goals
-        if not goal.get("stays")
-    ]
-
-
-def _checks(checks: Sequence[Any]) -> list[Check]:
-    return [Check.model_validate({key: check[key] for key in Check.model_fields}) for check in checks]

@@ -4,6 +4,7 @@
 
 import base64
 import json
+from collections.abc import Sequence
 from contextvars import ContextVar
 from typing import Annotated, Any
 
@@ -11,11 +12,12 @@ from mcp.server.elicitation import AcceptedElicitation, CancelledElicitation, El
 from mcp.server.mcpserver import Context, MCPServer
 from mcp.server.mcpserver.resolve import Elicit, Resolve
 from mcp.types import CallToolResult, ImageContent, TextContent, ToolAnnotations
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, WrapValidator
 
 from agent.errors import NotBuildable, UsageError
 from agent.mcp import audit
 from agent.mcp.audit import AuditedCall
+from agent.mcp.quoting import quoted, readable_json
 from agent.mcp.results import (
     BuildResult,
     LookResult,
@@ -28,11 +30,14 @@ from agent.mcp.results import (
 )
 from agent.mcp.shared_table import SharedTable
 from agent.mcp.worker import Job, TableWorker
+from agent.rendering.image_files import within_size
+from agent.runtime.settings import MOST_SEED
 
 LONGEST_TEXT = 2000  # characters of an instruction
 _LONGEST_ID = 40
 _MOST_TURNS = 10**9
 _PICTURE = "image/webp"
+_LARGEST_PICTURE = 200_000  # bytes: as base64 in a message it takes a third more
 _ALLOWED = "no person has to be asked"  # what the resolvers return where nobody is asked
 
 # The call that is being answered, for its line in the audit log.
@@ -48,7 +53,10 @@ _MOVES = ToolAnnotations(read_only_hint=False, destructive_hint=True, open_world
 class Approval(BaseModel):
     """The answer of a person who was asked before something moves."""
 
-    approve: bool = Field(title="Let it move", description="true lets the objects be moved, false refuses")
+    # Taken as the client sent it: pydantic would read "true", "yes" and 1 as a person's yes.
+    approve: Annotated[bool, WrapValidator(lambda given, _: given)] = Field(
+        title="Let it move", description="true lets the objects be moved, false refuses"
+    )
 
 
 class UndoPlan(BaseModel):
@@ -80,10 +88,26 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
     async def proposed(text: Instruction, context: Context) -> Annotated[CallToolResult, ProposeResult]:
         """Propose arrangements for an instruction, a correction of the last one, or an answer to an open question.
 
-        Pass on what the person said, unchanged. Nothing moves. Plans of an earlier proposal are void afterwards.
+        Pass on what the person said, unchanged. Nothing moves. Plans of an earlier proposal are void afterwards. The
+        picture shows the first plan from above.
         """
         job = Job("arrangements are being proposed")
-        return _answer(await worker.do(job, lambda job: table.propose(job, text)))
+        result, pictures = await worker.do(job, lambda job: table.propose(job, text))
+        return _answer(result, pictures)
+
+    async def proposed_again(
+        context: Context,
+        seed: Annotated[
+            int | None, Field(ge=0, le=MOST_SEED, description="of the arrangements; by default the next one")
+        ] = None,
+    ) -> Annotated[CallToolResult, ProposeResult]:
+        """Propose other arrangements of the same wish. Nothing moves. Plans of the proposal before are void afterwards.
+
+        The first plan differs visibly from those shown so far; a note says so if there is no such arrangement.
+        """
+        job = Job("other arrangements are being proposed")
+        result, pictures = await worker.do(job, lambda job: table.propose_again(job, seed))
+        return _answer(result, pictures)
 
     async def previewed(plan_id: PlanId, context: Context) -> Annotated[CallToolResult, PreviewResult]:
         """Try a plan in physics on a copy of the table, without the arm, and show it in pictures. Nothing moves."""
@@ -97,7 +121,7 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
             return _allow_all()
         _check_that_it_asks(context)
         question = (
-            f"Let the robot arm build {plan_id}: {plan.wish}? It moves {', '.join(plan.moves) or 'nothing'}. "
+            f"Let the robot arm build {plan_id}: {plan.wish}? It moves {_listed(plan.moves) or 'nothing'}. "
             "If it finds no way for exactly this arrangement, it builds another one of the same wish."
         )
         return Elicit(question, Approval)
@@ -128,7 +152,7 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
         if approve_all:
             return _allow_all()
         _check_that_it_asks(context)
-        return Elicit(f"Undo the last turn? This puts back {', '.join(plan.moved)} (step {plan.version}).", Approval)
+        return Elicit(f"Undo the last turn? This puts back {_listed(plan.moved)} (step {plan.version}).", Approval)
 
     async def undone(
         context: Context,
@@ -155,6 +179,7 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
         ("look", looked, _READS),
         ("parse", parsed, _READS),
         ("propose", proposed, _TALKS),
+        ("propose_again", proposed_again, _TALKS),
         ("preview", previewed, _READS),
         ("build", built, _MOVES),
         ("stop", stopped, _TALKS),
@@ -197,26 +222,32 @@ def add_resources(server: MCPServer, table: SharedTable, worker: TableWorker) ->
         pictures = dict(table.record(_number(turn)).pictures)
         if name not in pictures:
             raise UsageError(
-                f"turn {turn} has no picture {name[:_LONGEST_ID]!r}; legal: {', '.join(pictures) or 'none'}"
+                f"turn {turn} has no picture {quoted(name)}; legal: {', '.join(pictures) or 'none'}"
             )
         return pictures[name]
 
 
 def _number(turn: str) -> int:
     if not turn.isdecimal() or len(turn) > len(str(_MOST_TURNS)):
-        raise UsageError(f"a turn is a number from 1, got {turn[:_LONGEST_ID]!r}")
+        raise UsageError(f"a turn is a number from 1, got {quoted(turn)}")
     return int(turn)
 
 
 def _answer(result: BaseModel, pictures: list[bytes] | tuple[()] = ()) -> CallToolResult:
     """Return a result as data, as text for clients that read text alone, and with its pictures."""
     data = result.model_dump(mode="json")
-    text = TextContent(type="text", text=json.dumps(data, ensure_ascii=False))
+    text = TextContent(type="text", text=readable_json(data))
     images = [
-        ImageContent(type="image", data=base64.b64encode(picture).decode("ascii"), mime_type=_PICTURE)
+        ImageContent(
+            type="image", data=base64.b64encode(within_size(picture, _LARGEST_PICTURE)).decode("ascii"), mime_type=_PICTURE
+        )
         for picture in pictures
     ]
     return CallToolResult(content=[text, *images], structured_content=data)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(map(quoted, names))
 
 
 def _progress(context: Context) -> Any:
@@ -257,9 +288,16 @@ def _check_approval(outcome: Any, what: str, on_refusal: Any) -> None:
     if isinstance(outcome, AcceptedElicitation):
         if outcome.data is _ALLOWED:
             return
-        if outcome.data.approve:
+        given = outcome.data.approve
+        if given is True:
             call.decision = audit.APPROVED
             return
+        if given is not False:
+            shown = quoted(json.dumps(given))[1:-1] if not isinstance(given, str) else quoted(given)
+            raise NotBuildable(
+                f"nothing was moved: the client's answer was neither a yes nor a no, because approve is {shown} and not "
+                f"the JSON value true or false; call {what} to ask again"
+            )
     if isinstance(outcome, CancelledElicitation):
         call.decision = audit.DISMISSED
         raise NotBuildable(f"nothing was moved: the question was closed without an answer; call {what} to ask again")

@@ -12,6 +12,7 @@ from typing import TypeVar
 import anyio
 
 from agent.errors import INTERRUPTED, AgentError, UsageError
+from agent.runtime.memory import give_back
 
 Result = TypeVar("Result")
 Report = Callable[[int, str], Awaitable[None]]
@@ -134,6 +135,7 @@ class TableWorker:
             raise StoppedError("the call was stopped before it was done") from None
         finally:
             self.job = None
+            give_back()
 
 
 async def _report_steps(

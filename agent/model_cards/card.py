@@ -13,10 +13,13 @@ from agent.errors import BadInput
 from agent.model_cards.catalogue import Network, planners_of
 from grounding.goal_network.weight_differences import CODES, STEP
 from grounding.spec import SHAPES
+from grounding.untrusted_files import check_weights, read_json, read_regular
+from structdiffusion.limits import WEIGHTS_BYTES
 from structdiffusion.models import structformer_name
 
 SCHEMA = "structagent-card/1"
 RECORD = "training.json"
+LARGEST_JSON = 20_000_000  # bytes of a report of an evaluation: one of thousands of scenes has a few million
 Facts = dict[str, Any]
 _FACTS = ("name", "family", "parameters", "files", "training", "results")
 _RECORDED = ("steps", "seconds", "losses", "sessions", "files")
@@ -76,7 +79,7 @@ def files_of(network: Network) -> dict[str, dict[str, Any]]:
         path = network.folder / name
         if not path.is_file():
             raise BadInput(f"{network.folder} has no {name}; the network {network.name!r} needs it")
-        content = path.read_bytes()
+        content = read_regular(path, WEIGHTS_BYTES)
         found[name] = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
     return found
 
@@ -119,10 +122,11 @@ def _parameters(path: Path) -> int:
     from safetensors import SafetensorError, safe_open
 
     try:
+        check_weights(path, WEIGHTS_BYTES)
         with safe_open(path, "np") as file:
             sizes = {name: math.prod(file.get_slice(name).get_shape()) for name in file.keys()}  # noqa: SIM118
             bits = int((file.metadata() or {}).get("bits", "8"))
-    except (SafetensorError, OSError) as error:
+    except (SafetensorError, OSError, ValueError) as error:
         raise BadInput(f"{path} cannot be read as weights: {' '.join(str(error).split())}") from error
     stored = {name: size for name, size in sizes.items() if not name.endswith(STEP)}
     return sum(8 * size // bits if name.endswith(CODES) else size for name, size in stored.items())
@@ -237,8 +241,8 @@ def _complete(content: Facts, keys: Sequence[str], path: Path) -> Facts:
 
 def _json(path: Path) -> Facts:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
+        content = read_json(path, LARGEST_JSON)
+    except ValueError as error:
         raise BadInput(f"{path} is not JSON: {error}") from error
     if not isinstance(content, dict):
         raise BadInput(f"{path} must have a JSON object, and has a {type(content).__name__}")

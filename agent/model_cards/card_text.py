@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.resources import files
@@ -11,7 +12,7 @@ from typing import Any
 from agent.errors import BadInput
 from agent.model_cards.card import RECORD, Facts, facts_of, headline
 from agent.model_cards.catalogue import FAMILIES, Network, planners_of
-from agent.rendering.text import aligned, duration
+from agent.rendering.text import COLUMNS, aligned, duration
 from structdiffusion.planners.registry import PLANNERS, networks_of
 
 
@@ -108,15 +109,15 @@ def list_rows(networks: Mapping[str, Network]) -> list[Facts]:
     return rows
 
 
-def list_text(rows: Sequence[Facts]) -> str:
-    """Return the table of networks as text."""
+def list_text(rows: Sequence[Facts], width: int = COLUMNS) -> str:
+    """Return the table of networks as text of at most `width` columns."""
     head = ["name", "what it does", "result", "parameters", "MB", "steps"]
     lines = [
         [row["name"], row["what"], row["headline"], f"{row['parameters']:,}", f"{row['bytes'] / 1e6:.1f}",
          "-" if row["steps"] is None else f"{row['steps']:,}"]
         for row in rows
     ]  # fmt: skip
-    return aligned([head, *lines], left=3)
+    return aligned([head, *lines], 3, width)
 
 
 def planners_text() -> str:
@@ -124,7 +125,10 @@ def planners_text() -> str:
     by_network: dict[str, list[str]] = {}
     for name, parts in PLANNERS.items():
         by_network.setdefault(parts.network, []).append(name)
-    lines = [f"  {network}: {', '.join(names)}" for network, names in by_network.items()]
+    lines = [
+        textwrap.fill(f"  {network}: {', '.join(names)}", COLUMNS, subsequent_indent="    ", break_on_hyphens=False)
+        for network, names in by_network.items()
+    ]
     return "\n".join(["planners (--model; `structagent models show NAME` says what one is made of):", *lines])
 
 

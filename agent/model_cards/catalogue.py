@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import grounding
 import structdiffusion
 from agent.errors import BadInput, UsageError
 from agent.segmentation_network import WEIGHTS as SEGMENTATION
+from grounding.untrusted_files import read_json
 from structdiffusion.planners.registry import PLANNERS, networks_of
 
 SHIPPED = Path(structdiffusion.__file__).parent / "weights"
@@ -107,8 +107,8 @@ def planners_of(name: str) -> list[str]:
 
 def _family(config: Path) -> str:
     try:
-        kind = json.loads(config.read_text())["kind"]
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        kind = read_json(config)["kind"]
+    except (ValueError, KeyError, TypeError) as error:
         raise BadInput(f'{config} is not the config of a network: it needs a JSON object with "kind"') from error
     if not isinstance(kind, str) or kind not in FAMILIES:
         raise BadInput(f"{config} has the kind {kind!r}; legal values: {', '.join(FAMILIES)}")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from agent.errors import BadInput
+from agent.errors import BadInput, one_sentence
 from agent.model_cards.card import RECORD, files_of
 from agent.model_cards.card_text import checked_facts
 from agent.model_cards.catalogue import CONFIG, Network
@@ -51,7 +51,7 @@ def verify(network: Network) -> Iterator[Finding]:
         try:
             yield Finding(network.name, name, True, check(network))
         except _known_errors() as error:
-            yield Finding(network.name, name, False, " ".join(str(error).split()))
+            yield Finding(network.name, name, False, one_sentence(error))
 
 
 def _known_errors() -> tuple[type[Exception], ...]:

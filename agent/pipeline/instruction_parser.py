@@ -69,7 +69,7 @@ def make_interpreter(
             if isinstance(named, NamedEncoder):
                 from grounding.training.encoder_heads import parser_on
 
-                return parser_on(named, report=lambda line: print(f"structagent: {line}", file=sys.stderr, flush=True))
+                return parser_on(named, report=_report)
         return EmbeddingParser.from_pretrained(encoder=encoder)
 
     def endpoint() -> EndpointLLM:
@@ -77,7 +77,7 @@ def make_interpreter(
 
         assert options.llm_url is not None
         trusted = options.key_url is not None and same_host(options.llm_url, options.key_url)
-        return EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted)
+        return EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted, report=_report)
 
     def llm() -> Parser:
         from grounding.parsers.llm import LLMParser
@@ -121,3 +121,7 @@ def make_interpreter(
         return default
     fallback = None if strict else lambda: default.parser
     return Interpreter(llm, fallback, options.viewpoint, encoder, goal_reader, network, corrector, default)
+
+
+def _report(line: str) -> None:
+    print(f"structagent: {line}", file=sys.stderr, flush=True)

@@ -13,6 +13,7 @@ from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
     from agent.model_cards.provenance import Provenance
+    from agent.runtime.output_ownership import OwnFolder
     from agent.scenes.sources import SceneSource
     from grounding.interpreter import Interpreter
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -21,9 +22,14 @@ if TYPE_CHECKING:
 
 
 class ResourceCache:
-    """Loads on demand, and keeps what cannot change; a run ends the same with and without it. Threads may share it."""
+    """Loads on demand, and keeps what cannot change; a run ends the same with and without it. Threads may share it.
 
-    def __init__(self) -> None:
+    Attributes:
+        pictures: where pictures are written that questions about a recording need; `None` for the temporary folder.
+    """
+
+    def __init__(self, pictures: OwnFolder | None = None) -> None:
+        self.pictures = pictures
         self._lock = RLock()
         self._interpreters: dict[ReadingOptions, Interpreter] = {}
         self._planners: dict[tuple[str, Path | None, bool], Planner] = {}
@@ -102,7 +108,10 @@ class ResourceCache:
         from agent.scenes.sources import SIMULATED, scene_source
 
         if scene != SIMULATED or recorded.given:
-            return scene_source(scene, objects, recorded)
+            source = scene_source(scene, objects, recorded)
+            if hasattr(source, "pictures"):
+                source.pictures = self.pictures
+            return source
         with self._lock:
             if objects not in self._libraries:
                 self._libraries[objects] = scene_source(scene, objects)

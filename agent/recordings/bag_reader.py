@@ -15,7 +15,6 @@ from pathlib import Path
 from textwrap import shorten
 from typing import Any
 
-import apsw
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Reader1
 from rosbags.rosbag1 import ReaderError as Reader1Error
@@ -29,9 +28,10 @@ from agent.recordings.decompression import Unpacking, UnpackingLimits
 from agent.recordings.file_view import NothingWhole, RepairedFile
 from agent.recordings.mcap_repair import as_ros2, repaired_mcap
 from agent.recordings.ros1_repair import repaired_ros1
+from agent.recordings.sizes import check_message
 from agent.runtime.progress import report_when_slow
 from agent.runtime.yaml_files import check_yaml
-from structdiffusion.limits import BAG_MESSAGE_BYTES, METADATA_BYTES
+from structdiffusion.limits import METADATA_BYTES
 
 STORAGES = (".db3", ".mcap")  # of ROS 2
 SUFFIXES = (".bag", *STORAGES)
@@ -135,6 +135,7 @@ class Bag:
                 item = next(found, None)
                 if item is None:
                     return
+                self._unpacking.take_message()
                 connection, recorded, raw = item
                 message = Message(stream_of[connection[:3]], int(recorded), bytes(raw))
             yield message
@@ -147,6 +148,7 @@ class Bag:
         """
         kind = _SAME_AS.get(message.stream.type, message.stream.type)
         with _as_bad_input(f"cannot decode a message on {message.stream.topic} as {message.stream.type}"):
+            check_message(kind, message.raw, self._ros1)
             if self._ros1:
                 return self._types.deserialize_ros1(message.raw, kind)
             return self._types.deserialize_cdr(message.raw, kind)
@@ -170,7 +172,7 @@ def open_bag(path: Path, limits: UnpackingLimits = UnpackingLimits()) -> Iterato
         with unpacking.counted():
             reader, notes = _opened(path)
         try:
-            _limit_messages(reader)
+            _check_index(reader)
             yield Bag(path, reader, notes, unpacking)
         finally:
             reader.close()
@@ -227,12 +229,13 @@ def _is_ros1(connection: Connection) -> bool:
     return getattr(connection.ext, "serialization_format", "") == "ros1"
 
 
-def _limit_messages(reader: Reader1 | Reader2) -> None:
-    """Limit the size of a database's messages, because its tables can produce data of any size."""
+def _check_index(reader: Reader1 | Reader2) -> None:
+    """Refuse an MCAP file whose index names a chunk more than once, as it would be in memory as often."""
     if isinstance(reader, Reader2):
         for storage in getattr(reader.storage, "storages", [reader.storage]):
-            if (database := getattr(storage, "dbconn", None)) is not None:
-                database.limit(apsw.SQLITE_LIMIT_LENGTH, BAG_MESSAGE_BYTES)
+            places = [chunk.chunk_start_offset for chunk in getattr(storage, "chunks", ())]
+            if len(set(places)) < len(places):
+                raise BadInput(f"the index of {str(storage.path)!r} is damaged: it names one of its chunks twice")
 
 
 def _check_metadata(path: Path) -> None:

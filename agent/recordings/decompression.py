@@ -7,6 +7,8 @@ where it looks them up, by ones that stop at the limit.
 from __future__ import annotations
 
 import bz2
+import struct
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -15,6 +17,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, BinaryIO
 
+import apsw
 from lz4.frame import LZ4FrameDecompressor
 from rosbags.rosbag1 import reader as ros1
 from rosbags.rosbag2 import reader as ros2
@@ -22,14 +25,22 @@ from rosbags.rosbag2 import storage_mcap as mcap
 
 from agent.errors import BadInput
 from structdiffusion.limits import (
+    BAG_DATABASE_STEPS,
+    BAG_DATABASE_STEPS_A_BYTE,
+    BAG_DENSE_RECORDS,
     BAG_FILE_BYTES,
     BAG_FILE_TIMES,
+    BAG_MESSAGES,
+    BAG_MESSAGES_A_BYTE,
     BAG_PIECE_BYTES,
+    BAG_SMALL_PIECE_BYTES,
     BAG_UNPACKED_BYTES,
     BAG_UNPACKED_TIMES,
     SLOW_BAG_BYTES,
 )
 
+STEPS_AT_ONCE = 1_000_000
+_LENGTH = struct.Struct("<Q")
 zstd = ros2.zstd  # in Python's own library from 3.14 on, and in a package before
 
 
@@ -38,10 +49,14 @@ class UnpackingLimits:
     """Limits for unpacked data, bytes; see `structdiffusion.limits`."""
 
     piece: int = BAG_PIECE_BYTES
+    small_piece: int = BAG_SMALL_PIECE_BYTES
     all_pieces: int = BAG_UNPACKED_BYTES
     all_times: int = BAG_UNPACKED_TIMES
     files: int = BAG_FILE_BYTES
     file_times: int = BAG_FILE_TIMES
+    messages: int = BAG_MESSAGES
+    dense_records: int = BAG_DENSE_RECORDS
+    database_steps: int = BAG_DATABASE_STEPS
 
 
 class Unpacking:
@@ -61,6 +76,12 @@ class Unpacking:
         self._size = packed
         self._all = self._left = max(limits.all_pieces, limits.all_times * packed)
         self._left_of_files = max(limits.files, limits.file_times * packed)
+        self.most_of_piece = min(limits.piece, max(limits.small_piece, limits.all_times * packed))
+        self._seen: set[tuple[int, int]] = set()  # pieces, by length and checksum
+        self._left_of_different = max(2 * self.most_of_piece, limits.all_times * packed)
+        self._left_of_messages = max(limits.messages, BAG_MESSAGES_A_BYTE * packed)
+        self._left_of_records = limits.dense_records
+        self._left_of_steps = max(limits.database_steps, BAG_DATABASE_STEPS_A_BYTE * packed)
 
     def is_slow(self) -> bool:
         """Return whether the bag is, or was, so large that reading takes long."""
@@ -87,7 +108,9 @@ class Unpacking:
             EOFError: if it is truncated.
         """
         pieces: list[bytes] = []
-        most, total, rest = min(self._limits.piece, self._left), 0, data
+        key = len(data), zlib.crc32(data)
+        different = self._left_of_different if key not in self._seen else self._left
+        most, total, rest = min(self.most_of_piece, self._left, different), 0, data
         while rest:
             unpacker = start()
             try:
@@ -100,14 +123,56 @@ class Unpacking:
             if total > most:
                 raise BadInput(
                     f"{str(self._path)!r} has a packed piece of {len(data)} bytes that becomes larger than {most} "
-                    f"bytes; a piece may become {self._limits.piece}, and all that is read of this bag "
-                    f"{self._left} more"
+                    f"bytes; a piece may become {self.most_of_piece}, and all that is read of this bag "
+                    f"{min(self._left, different)} more"
                 )
             if not unpacker.eof:
                 raise EOFError("a packed piece is cut short")
             rest = unpacker.unused_data or b""
         self._left -= total
-        return b"".join(pieces)
+        self._left_of_different -= 0 if key in self._seen else total
+        self._seen.add(key)
+        return pieces[0] if len(pieces) == 1 else b"".join(pieces)
+
+    def take_message(self) -> None:
+        """Count a message that is read.
+
+        Raises:
+            BadInput: if there were too many for the size of the bag.
+        """
+        self._left_of_messages -= 1
+        if self._left_of_messages < 0:
+            raise BadInput(
+                f"{str(self._path)!r} has more messages than are read: {self._limits.messages}, or "
+                f"{BAG_MESSAGES_A_BYTE} for each of its {self._size} bytes"
+            )
+
+    def take_records(self, unpacked: bytes, packed: int) -> None:
+        """Count the records of an MCAP chunk that became far larger than it was.
+
+        Raises:
+            BadInput: if there were too many.
+        """
+        at, end = 0, len(unpacked) - 8 if len(unpacked) > self._limits.all_times * packed else 0
+        while at < end:
+            at += 9 + _LENGTH.unpack_from(unpacked, at + 1)[0]
+            self._left_of_records -= 1
+        if self._left_of_records < 0:
+            raise BadInput(
+                f"{str(self._path)!r} has more than {self._limits.dense_records} records in packed pieces that become "
+                f"more than {self._limits.all_times} times larger"
+            )
+
+    def take_steps(self) -> bool:
+        """Count `STEPS_AT_ONCE` steps of a database.
+
+        Raises:
+            BadInput: if there were too many for its size.
+        """
+        self._left_of_steps -= STEPS_AT_ONCE
+        if self._left_of_steps < 0:
+            raise BadInput(f"the database {str(self._path)!r} makes up more rows than its {self._size} bytes can have")
+        return False
 
     def take_of_file(self, count: int) -> None:
         """Count bytes of an unpacked file.
@@ -149,6 +214,16 @@ class _CountedFile:
         return data
 
 
+def most_of_piece() -> int:
+    """Return how large a piece of the bag that is read may become, bytes."""
+    return _current().most_of_piece
+
+
+def count_records(unpacked: bytes, packed: int) -> None:
+    """Count the records of an unpacked MCAP chunk of the bag that is read, as `Unpacking.take_records`."""
+    _current().take_records(unpacked, packed)
+
+
 def _unpacker(start: Callable[[], Any]) -> Callable[..., bytes]:
     def unpacked(data: bytes, *_: int) -> bytes:
         return _current().piece(start, data)
@@ -156,6 +231,25 @@ def _unpacker(start: Callable[[], Any]) -> Callable[..., bytes]:
     return unpacked
 
 
+def _chunk_unpacker(start: Callable[[], Any]) -> Callable[..., bytes]:
+    def unpacked(data: bytes, *_: int) -> bytes:
+        chunk = _current().piece(start, data)
+        count_records(chunk, len(data))
+        return chunk
+
+    return unpacked
+
+
+def _limit_database(database: apsw.Connection) -> None:
+    """Limit a database that is opened while a bag is: its tables can make up rows and data without an end."""
+    if (unpacking := _CURRENT.get()) is not None:
+        database.set_progress_handler(unpacking.take_steps, STEPS_AT_ONCE)
+        database.limit(apsw.SQLITE_LIMIT_LENGTH, unpacking.most_of_piece)
+
+
 ros1.decompressors.update({"bz2": _unpacker(bz2.BZ2Decompressor), "lz4": _unpacker(LZ4FrameDecompressor)})
-mcap.DECOMPRESSORS.update({"lz4": _unpacker(LZ4FrameDecompressor), "zstd": _unpacker(zstd.ZstdDecompressor)})
+mcap.DECOMPRESSORS.update(
+    {"lz4": _chunk_unpacker(LZ4FrameDecompressor), "zstd": _chunk_unpacker(zstd.ZstdDecompressor)}
+)
 ros2.zstd = SimpleNamespace(open=_CountedFile, decompress=_unpacker(zstd.ZstdDecompressor))
+apsw.connection_hooks.append(_limit_database)

@@ -14,8 +14,7 @@ from typing import BinaryIO
 
 from lz4.frame import LZ4FrameDecompressor
 
-from agent.recordings.decompression import zstd
-from structdiffusion.limits import BAG_PIECE_BYTES
+from agent.recordings.decompression import most_of_piece, zstd
 
 _UNPACKERS = {"bz2": bz2.BZ2Decompressor, "lz4": LZ4FrameDecompressor, "zstd": zstd.ZstdDecompressor}
 
@@ -119,6 +118,6 @@ def unpacked_beginning(compression: str, data: bytes) -> bytes:
     if compression not in _UNPACKERS:
         return b""
     try:
-        return _UNPACKERS[compression]().decompress(data, max_length=BAG_PIECE_BYTES)
+        return _UNPACKERS[compression]().decompress(data, max_length=most_of_piece())
     except Exception:  # the libraries promise no kind of error for damaged data
         return b""

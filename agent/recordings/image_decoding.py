@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,9 @@ import numpy as np
 from agent.errors import BadInput
 from agent.recordings.bayer import MOSAICS, colors_of_mosaic
 from agent.recordings.message_decoding import FARTHEST
+from agent.recordings.pictures import open_picture, pixels_of
 from agent.recordings.rvl import unpack_rvl
+from agent.recordings.sizes import check_pixels
 
 DEPTHS = ("16UC1", "mono16", "32FC1")
 _COLORS = {  # encoding -> type of a channel, channels, and which of them are red, green and blue
@@ -33,8 +35,9 @@ _YUV = {  # two pixels in four bytes: where their brightness is, and the two par
     "yuv422_yuy2": ((0, 2), 1, 3),
     "yuyv": ((0, 2), 1, 3),
 }
-_MOST_PIXELS = 50_000_000  # of a compressed picture: a few bytes can claim any number
+_BAND_PIXELS = 1_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
+_COMPRESSED = ("JPEG", "PNG")
 _RVL_SIZE = "<II"
 _QUANTISED = "<iff"  # the header of compressedDepth: a number for the format, then A and B
 
@@ -61,11 +64,13 @@ def color_picture(message: Any) -> np.ndarray:
         BadInput: if the encoding is not known, or the message contradicts itself.
     """
     if message.encoding in _YUV:
-        return _from_yuv(_pixels(message, "u1", 2), *_YUV[message.encoding])
+        return _in_bands(_pixels(message, "u1", 2), lambda rows: _from_yuv(rows, *_YUV[message.encoding]))
     if (mosaic := message.encoding.rstrip("0123456789")) in MOSAICS:
         wide = message.encoding.endswith("16")
         pixels = _pixels(message, "u2" if wide else "u1", 1)[..., 0]
-        return np.rint(colors_of_mosaic(pixels >> 8 if wide else pixels, mosaic)).astype(np.uint8)
+        return _in_bands(
+            pixels, lambda rows: np.rint(colors_of_mosaic(rows >> 8 if wide else rows, mosaic)).astype(np.uint8)
+        )
     if message.encoding not in _COLORS:
         legal = ", ".join([*_COLORS, *_YUV, *(f"{name}{bits}" for name in MOSAICS for bits in (8, 16))])
         raise BadInput(f"a picture of encoding {message.encoding!r} cannot be used for colour; legal: {legal}")
@@ -82,7 +87,10 @@ def compressed_color(message: Any) -> np.ndarray:
     Raises:
         BadInput: if it is not a JPEG or PNG picture.
     """
-    return np.array(_unpacked(message.data.tobytes()).convert("RGB"))
+    try:
+        return pixels_of(open_picture(message.data.tobytes(), _COMPRESSED), "RGB")
+    except BadInput as error:
+        raise BadInput(f"a compressed picture cannot be read: {error}") from error
 
 
 def compressed_depth(message: Any) -> np.ndarray:
@@ -97,10 +105,7 @@ def compressed_depth(message: Any) -> np.ndarray:
         _, a, b = struct.unpack(_QUANTISED, data[:header])
         data = data[header:]
     if data.startswith(_PNG):
-        picture = _unpacked(data)
-        if not picture.mode.startswith("I"):
-            raise BadInput(f"a compressed depth picture holds a PNG of mode {picture.mode!r}; legal: 16 bits of grey")
-        values = np.array(picture)
+        values = _from_png(data)
     elif "rvl" in message.format.lower():
         values = _from_rvl(data)
     else:
@@ -112,13 +117,23 @@ def compressed_depth(message: Any) -> np.ndarray:
     return _without_zero(values.astype(np.float32) * np.float32(0.001))
 
 
+def _from_png(data: bytes) -> np.ndarray:
+    """Return the values (H, W) of a PNG of depths."""
+    try:
+        picture = open_picture(data, ("PNG",))
+        if not picture.mode.startswith("I"):
+            raise BadInput(f"it has the mode {picture.mode!r}; legal: 16 bits of grey")
+        return pixels_of(picture)
+    except BadInput as error:
+        raise BadInput(f"the PNG of a compressed depth picture cannot be read: {error}") from error
+
+
 def _from_rvl(data: bytes) -> np.ndarray:
     """Return the values (H, W) uint16 of an RVL picture, which begins with its width and height."""
     if len(data) < struct.calcsize(_RVL_SIZE):
         raise BadInput("an RVL picture is cut short: its size is not there")
     width, height = struct.unpack_from(_RVL_SIZE, data)
-    if not 0 < width * height <= _MOST_PIXELS:
-        raise BadInput(f"an RVL picture claims {width} x {height} pixels")
+    check_pixels(width, height, "an RVL picture")
     return unpack_rvl(data[struct.calcsize(_RVL_SIZE) :], width * height).reshape(height, width)
 
 
@@ -137,8 +152,13 @@ def compressed_size(message: Any) -> tuple[int, int]:
     at = data.find(_PNG, 0, 64)
     after = struct.calcsize(_QUANTISED)
     if at < 0 and "rvl" in message.format.lower() and len(data) >= after + struct.calcsize(_RVL_SIZE):
-        return struct.unpack_from(_RVL_SIZE, data, after)
-    return _read(data[max(at, 0) :]).size
+        width, height = struct.unpack_from(_RVL_SIZE, data, after)
+        check_pixels(width, height, "an RVL picture")
+        return width, height
+    try:
+        return open_picture(data[max(at, 0) :], _COMPRESSED).size
+    except BadInput as error:
+        raise BadInput(f"a compressed picture cannot be read: {error}") from error
 
 
 def _pixels(message: Any, kind: str, channels: int) -> np.ndarray:
@@ -154,8 +174,25 @@ def _pixels(message: Any, kind: str, channels: int) -> np.ndarray:
             f"a picture of {width} x {height} pixels ({message.encoding}), {step} bytes a row, needs "
             f"{max(step, row) * height} bytes and has {len(message.data)}"
         )
+    check_pixels(width, height, "a picture")
     strides = (step, channels * dtype.itemsize, dtype.itemsize)
     return np.ndarray((height, width, channels), dtype, np.ascontiguousarray(message.data), 0, strides)
+
+
+def _in_bands(pixels: np.ndarray, convert: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the colours (H, W, 3) of pixels (H, W, ...), some rows at a time, for which floats are made.
+
+    Args:
+        convert: for an even number of rows; the first and the last two of them are seen by their neighbours alone.
+    """
+    height, width = pixels.shape[:2]
+    colors = np.empty((height, width, 3), np.uint8)
+    rows = max(2, _BAND_PIXELS // width // 2 * 2)
+    for start in range(0, height, rows):
+        above = min(start, 2)
+        band = convert(pixels[start - above : start + rows + 2])
+        colors[start : start + rows] = band[above : above + rows]
+    return colors
 
 
 def _from_yuv(pixels: np.ndarray, brightness: tuple[int, int], blue: int, red: int) -> np.ndarray:
@@ -175,25 +212,3 @@ def _without_zero(depth: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore"):
         depth[~((depth > 0) & (depth < FARTHEST))] = np.nan
     return depth
-
-
-def _unpacked(data: bytes) -> Any:
-    """Unpack the picture in `data`."""
-    picture = _read(data)
-    if picture.width * picture.height > _MOST_PIXELS:
-        raise BadInput(f"a compressed picture claims {picture.width} x {picture.height} pixels")
-    try:
-        picture.load()
-    except Exception as error:  # the library promises no kind of error for damaged data
-        raise BadInput(f"a compressed picture is damaged: {error}") from error
-    return picture
-
-
-def _read(data: bytes) -> Any:
-    """Read the size and format of the picture in `data` from its header."""
-    from PIL import Image
-
-    try:
-        return Image.open(io.BytesIO(data), formats=("JPEG", "PNG"))
-    except Exception as error:  # as above
-        raise BadInput("a compressed picture is neither JPEG nor PNG") from error

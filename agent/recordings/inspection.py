@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from agent.errors import BadInput
-from agent.recordings.bag_reader import Bag, Message, Stream, open_bag
+from agent.recordings.bag_reader import Bag, open_bag
 from agent.recordings.joint_states import arm_state, joint_streams
 from agent.recordings.load import used
+from agent.recordings.survey import first_times, last_times
 from agent.recordings.tf_tree import TransformLoop, base_from_camera, is_static, read_frames, transform_streams
-from agent.recordings.topic_selection import Choice, check_named, choose, offers
-from agent.rendering.text import aligned, number
+from agent.recordings.topic_selection import Choice, Offer, check_named, choose, offers
+from agent.rendering.text import aligned, columns_of, number
 
 SCHEMA_VERSION = 2
-_FIRST_REACH = 0.1  # s; the last message of a topic is looked for so far before the bag's end, then further
-_GROWTH = 10.0
+_MOST_LINES = 200  # of the frames' tree that are printed
 _DEEPEST = 20  # the frames' tree is not indented further
 
 
@@ -111,48 +111,36 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None) -> BagInfo:
     """
     with open_bag(path) as bag:
         check_named(bag, named or {})
-        offer_of = {offer.stream: offer for offer in offers(bag)}
+        there = offers(bag)
+        offer_of = {offer.stream: offer for offer in there}
+        began = first_times(bag, bag.streams)
+        ended = last_times(bag, began)
         topics = []
         for stream in bag.streams:
-            first, last = _span(bag, stream)
+            first, last = (
+                (times[stream] - bag.start) / 1e9 if stream in times else None for times in (began, ended)
+            )
             rate = (stream.count - 1) / (last - first) if first is not None and last > first else None
             offer = offer_of.get(stream)
             of_camera = (offer.frame, offer.role, offer.problem) if offer else ()
             topics.append(TopicInfo(stream.topic, stream.type, stream.count, rate, first, last, *of_camera))
-        frames, available, use, notes = _use(bag, dict(named or {}))
+        frames, available, use, notes = _use(bag, dict(named or {}), there)
         return BagInfo(path, bag.seconds, tuple(topics), frames, available, use, (*bag.notes, *notes))
 
 
-def _span(bag: Bag, stream: Stream) -> tuple[float | None, float | None]:
-    """Return when a stream's first and last messages were recorded, seconds since the bag's first."""
-    first = next(bag.messages([stream]), None)
-    if first is None:
-        return None, None
-    last: Message | None = first if stream.count == 1 else None
-    reach = _FIRST_REACH
-    while last is None:
-        start = max(first.recorded, bag.end - round(reach * 1e9))
-        for last in bag.messages([stream], start):
-            pass
-        if start == first.recorded:
-            last = last or first
-        reach *= _GROWTH
-    return (first.recorded - bag.start) / 1e9, (last.recorded - bag.start) / 1e9
-
-
 def _use(
-    bag: Bag, named: Mapping[str, str]
+    bag: Bag, named: Mapping[str, str], there: list[Offer]
 ) -> tuple[tuple[FrameInfo, ...], dict[str, bool], dict[str, str], list[str]]:
     """Return the frames of tf, the available data, its use, and notes."""
     choice, notes, camera = Choice(), [], ""
     try:
-        choice = choose(bag, named)
+        choice = choose(bag, named, there)
         camera = choice.source.frame
         notes += [f"{choice.source.stream.topic}: {choice.source.problem}"] if choice.source.problem else []
     except BadInput as error:
         notes.append(str(error))
-    firsts = [next(bag.messages([stream]), None) for stream in transform_streams(bag) if not is_static(stream)]
-    moment = max((message.recorded for message in firsts if message is not None), default=bag.start)
+    moving = [stream for stream in transform_streams(bag) if not is_static(stream)]
+    moment = max(first_times(bag, moving).values(), default=bag.start)
     arm, arm_stream, said = arm_state(bag, joint_streams(bag, named.get("joints")), moment)
     notes += said
     tf = read_frames(bag, moment, [(camera, "")] if camera else [])
@@ -176,6 +164,7 @@ def _use(
 
 def print_bag_info(info: BagInfo, results: TextIO) -> None:
     """Print the content of a bag as text."""
+    columns = columns_of(results)
     print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
     rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
     rows += [
@@ -190,17 +179,21 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
         )
         for topic in info.topics
     ]
-    print(aligned(rows, left=3), file=results)
+    print(aligned(rows, 3, columns), file=results)
     if info.frames:
         print("\nframes", file=results)
-        for line in _tree(info.frames):
+        lines = _tree(info.frames)
+        for line in lines[:_MOST_LINES]:
             print(f"  {line}", file=results)
+        if len(lines) > _MOST_LINES:
+            print(f"  ... and {len(lines) - _MOST_LINES:,} more; --json has all", file=results)
     print("\navailable", file=results)
     rows = [(f"  {what}", "yes" if given else "no") for what, given in info.available.items()]
-    print(aligned(rows), file=results)
+    print(aligned(rows, width=columns), file=results)
     if info.used:
         print("\nused as", file=results)
-        print(aligned([(f"  {role.replace('_', ' ')}", topic) for role, topic in info.used.items()]), file=results)
+        rows = [(f"  {role.replace('_', ' ')}", topic) for role, topic in info.used.items()]
+        print(aligned(rows, width=columns), file=results)
     for sentence in info.notes:
         print(f"\nnote: {sentence}", file=results)
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 from agent.arm.state import ArmState
+from agent.errors import BadInput
 from agent.recordings.bag_reader import Bag, Message, Stream
 from agent.recordings.message_decoding import ANGLES, JOINTS
+from agent.recordings.survey import look_at_first
 from agent.recordings.synchronization import nearest
 
 _JOINT = re.compile(r"(?P<prefix>.*?)(?P<joint>joint_(?:\d|finger_\d|finger_tip_\d))")
@@ -38,12 +41,12 @@ def _likelihood(stream: Stream) -> tuple[bool, bool, bool, str]:
 
 def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmState | None, Stream | None, list[str]]:
     """Return the arm's state nearest to `moment` (nanoseconds), its stream, and notes."""
-    for stream in streams:
 
-        def state(message: Message) -> tuple[ArmState, list[str]] | None:
-            decoded = bag.decoded(message)
-            return _of_angles(decoded, message.stream.topic) if message.stream.type == ANGLES else _of_state(decoded)
+    def state(message: Message) -> tuple[ArmState, list[str]] | None:
+        decoded = bag.decoded(message)
+        return _of_angles(decoded, message.stream.topic) if message.stream.type == ANGLES else _of_state(decoded)
 
+    for stream in _with_arm(bag, list(streams), state):
         found = nearest(bag, stream, moment, state)
         if found is not None:
             away = abs(found.time - moment) / 1e9
@@ -52,6 +55,26 @@ def arm_state(bag: Bag, streams: Iterable[Stream], moment: int) -> tuple[ArmStat
                 notes = [*notes, f"the arm's joints were recorded {away:.1f} s from the picture"]
             return arm, stream, notes
     return None, None, ["the recording does not say how the arm stood"]
+
+
+def _with_arm(
+    bag: Bag, streams: Sequence[Stream], state: Callable[[Message], tuple[ArmState, list[str]] | None]
+) -> Iterator[Stream]:
+    """Give the likeliest stream, and of the others those that say how an arm stands; these are read in one pass."""
+    yield from streams[:1]
+    known: set[Stream] = set()
+
+    def enough(message: Message) -> bool:
+        try:
+            said = state(message)
+        except BadInput:
+            said = None
+        known.update([message.stream] if said is not None else [])
+        return said is not None
+
+    with suppress(BadInput):  # a damaged end: what was found before it counts
+        look_at_first(bag, streams[1:], enough)
+    yield from (stream for stream in streams[1:] if stream in known)
 
 
 def _of_state(message: Any) -> tuple[ArmState, list[str]] | None:

@@ -12,8 +12,8 @@ from pathlib import Path
 from rosbags.interfaces import MessageDefinition
 from rosbags.rosbag2 import storage_mcap as mcap
 
+from agent.recordings.decompression import count_records, most_of_piece
 from agent.recordings.file_view import NothingWhole, RepairedFile, unpacked_beginning
-from structdiffusion.limits import BAG_PIECE_BYTES
 
 _MAGIC_OF_MCAP = b"\x89MCAP0\r\n"
 _HEADER, _FOOTER, _CHUNK, _DATA_END = 0x01, 0x02, 0x06, 0x0F  # the opcodes of MCAP records that matter here
@@ -51,7 +51,7 @@ def repaired_mcap(path: Path) -> RepairedFile:
             end = position + 9 + struct.unpack("<Q", start[1:])[0]
             if end > size or (not kept and start[0] != _HEADER):
                 if kept and start[0] == _CHUNK:
-                    rest = _records_of_cut_chunk(file.read(BAG_PIECE_BYTES))
+                    rest = _records_of_cut_chunk(file.read(most_of_piece()))
                 break
             kept = position = file.seek(end)
     if not kept:
@@ -68,6 +68,7 @@ def _records_of_cut_chunk(data: bytes) -> bytes:
     length = struct.unpack_from("<L", data, 28)[0]
     start = 32 + length + 8
     content = unpacked_beginning(data[32 : 32 + length].decode("latin-1"), data[start:])
+    count_records(content, len(data))
     end = 0
     while end + 9 <= len(content):
         following = end + 9 + struct.unpack_from("<Q", content, end + 1)[0]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
 
 from agent.errors import BadInput
+from agent.recordings.cloud_colors import COLOR_FIELDS, colors_of
+from agent.recordings.sizes import check_points
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 IMAGE = "sensor_msgs/msg/Image"
@@ -53,39 +56,30 @@ def cloud_points(message: Any) -> tuple[np.ndarray, np.ndarray | None]:
             f"a cloud of {width} x {height} points of {step} bytes, {row_step} a row, needs {needed} bytes "
             f"and has {len(message.data)}"
         )
+    check_points(height * width, "a cloud")
     order = ">" if message.is_bigendian else "<"
-    kinds = {}
+    kinds: dict[str, tuple[str, int]] = {}
     for field in message.fields:
         kind = _FIELD_TYPES.get(field.datatype)
         if kind is not None and field.offset + np.dtype(kind).itemsize <= step:
-            kinds[field.name.lower()] = (order + kind, field.offset)
+            kinds.setdefault(field.name.lower(), (order + kind, field.offset))
     missing = [axis for axis in "xyz" if axis not in kinds]
     if missing:
-        named = ", ".join(field.name for field in message.fields) or "none"
+        named = shorten(", ".join(field.name for field in message.fields[:20]) or "none", 300, placeholder=" ...")
         raise BadInput(f"a cloud has no usable field {' and '.join(missing)}; its fields: {named}")
 
-    def values(name: str, kind: str | None = None) -> np.ndarray:
-        """Return a field as a view (H, W) of the message; `kind` interprets the bytes as another type."""
-        found, offset = kinds[name]
-        dtype = np.dtype({"names": ["it"], "formats": [kind or found], "offsets": [offset], "itemsize": step})
+    def values(name: str) -> np.ndarray:
+        """Return a field as a view (H, W) of the message."""
+        kind, offset = kinds[name]
+        dtype = np.dtype({"names": ["it"], "formats": [kind], "offsets": [offset], "itemsize": step})
         return np.ndarray((height, width), dtype, np.ascontiguousarray(message.data), 0, (row_step, step))["it"]
 
     points = np.empty((height, width, 3), np.float32)
     with np.errstate(over="ignore", invalid="ignore"):
         for column, axis in enumerate("xyz"):
             points[..., column] = values(axis)
-    return without_nothing(points), _cloud_colors(kinds, values, order)
-
-
-def _cloud_colors(kinds: dict[str, tuple[str, int]], values: Any, order: str) -> np.ndarray | None:
-    """Return the colours of a cloud, packed into four bytes of any type, or in separate fields."""
-    for name in ("rgb", "rgba"):
-        if name in kinds and np.dtype(kinds[name][0]).itemsize == 4:
-            packed = values(name, order + "u4")
-            return np.stack([(packed >> shift & 255).astype(np.uint8) for shift in (16, 8, 0)], axis=-1)
-    if all(name in kinds and kinds[name][0].endswith("u1") for name in "rgb"):
-        return np.stack([values(name) for name in "rgb"], axis=-1)
-    return None
+    colored = {name: values(name) for name in kinds.keys() & COLOR_FIELDS}
+    return without_nothing(points), colors_of(colored, (height, width))
 
 
 def without_nothing(points: np.ndarray) -> np.ndarray:

@@ -9,7 +9,6 @@ import numpy as np
 
 from agent.recordings.recording import DepthFrame
 
-MOST_READ = 20_000_000  # points of one cloud: reading that many takes 2 GB
 _MOST_ORGANISED = 1_600_000  # pixels: what industrial cameras give is halved in both directions
 _MOST_UNORGANISED = 400_000
 _FINEST, _COARSER = 0.0015, 1.4  # m between the points that are kept first, and by which factor it grows
@@ -26,14 +25,31 @@ def with_fewer_points(frame: DepthFrame) -> tuple[DepthFrame, str]:
     height, width = frame.points.shape[:2]
     if not frame.organised:
         return _one_in_each_cube(frame)
-    step = math.ceil(math.sqrt(height * width / _MOST_ORGANISED))
+    step = step_of(height, width)
     if step < 2:
         return frame, ""
-    intrinsics = None if frame.intrinsics is None else np.diag((1 / step, 1 / step, 1.0)) @ frame.intrinsics
+    intrinsics = None if frame.intrinsics is None else lens_of_every(frame.intrinsics, step)
     color = None if frame.color is None else frame.color[::step, ::step]
-    note = f"of {height} rows and {width} columns, every {'second' if step == 2 else f'{step}th'} was used"
     points = np.ascontiguousarray(frame.points[::step, ::step])
-    return replace(frame, points=points, color=color, intrinsics=intrinsics), note
+    return replace(frame, points=points, color=color, intrinsics=intrinsics), told_of(height, width)
+
+
+def step_of(height: int, width: int) -> int:
+    """Return which rows and columns of a picture are used: every first, every second, and so on."""
+    return max(1, math.ceil(math.sqrt(height * width / _MOST_ORGANISED)))
+
+
+def lens_of_every(matrix: np.ndarray, step: int) -> np.ndarray:
+    """Return the lens (3, 3) of every `step`-th row and column of the picture that has the lens `matrix`."""
+    return np.diag((1 / step, 1 / step, 1.0)) @ matrix
+
+
+def told_of(height: int, width: int) -> str:
+    """Return which rows and columns of a picture were used, a sentence; "" for all."""
+    step = step_of(height, width)
+    if step < 2:
+        return ""
+    return f"of {height} rows and {width} columns, every {'second' if step == 2 else f'{step}th'} was used"
 
 
 def _one_in_each_cube(frame: DepthFrame) -> tuple[DepthFrame, str]:

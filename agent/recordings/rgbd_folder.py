@@ -19,11 +19,12 @@ import numpy as np
 
 from agent.errors import BadInput
 from agent.recordings.camera_intrinsics import KNOWN_FILES, find_lens, matrix_of
+from agent.recordings.pictures import pixels_of, read_picture
+from structdiffusion.limits import MOST_PIXELS
 
 _COLORS, _DEPTHS = (".png", ".jpg", ".jpeg"), (".png", ".npy", ".tif", ".tiff")
 _ROLE = re.compile(r"aligned_depth_to_color|depth|colou?r|rgb|image|img|raw")
 _NEAREST, _FARTHEST = 0.05, 20.0  # m, of the median: what else a table is not seen at comes of a wrong unit
-_MOST_PIXELS = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -51,9 +52,11 @@ class RgbdPicture:
         """Return points (H, W, 3) float32, the camera's optical frame, metres."""
         height, width = self.depth.shape
         (fx, _, cx), (_, fy, cy), _ = self.intrinsics
-        x = (np.arange(width) - cx)[None, :] / fx * self.depth
-        y = (np.arange(height) - cy)[:, None] / fy * self.depth
-        return np.stack((x, y, self.depth), axis=-1).astype(np.float32)
+        points = np.empty((height, width, 3), np.float32)
+        points[..., 0] = (np.arange(width) - cx)[None, :] / fx * self.depth
+        points[..., 1] = (np.arange(height) - cy)[:, None] / fy * self.depth
+        points[..., 2] = self.depth
+        return points
 
 
 def read_rgbd(
@@ -151,7 +154,7 @@ def _depth_values(path: Path) -> np.ndarray:
             values = _open_picture(path, ("PNG", "TIFF"), "16 bits of grey", ("I", "F"))
     except (ValueError, EOFError, OSError) as error:
         raise BadInput(f"the depth picture {str(path)!r} cannot be read: {error}") from error
-    if values.ndim != 2 or 0 in values.shape or values.size > _MOST_PIXELS or values.dtype.kind not in "uif":
+    if values.ndim != 2 or 0 in values.shape or values.size > MOST_PIXELS or values.dtype.kind not in "uif":
         shape = " x ".join(map(str, values.shape))
         raise BadInput(
             f"the depth picture {str(path)!r} has {shape} values of type {values.dtype}; legal: rows x columns of "
@@ -162,17 +165,15 @@ def _depth_values(path: Path) -> np.ndarray:
 
 def _open_picture(path: Path, formats: Sequence[str], legal: str, modes: Sequence[str] = ()) -> np.ndarray:
     """Return the pixels of a picture: unchanged if its mode is one of `modes`, otherwise as RGB."""
-    from PIL import Image
-
     try:
-        with Image.open(path, formats=formats) as picture:
-            if picture.width * picture.height > _MOST_PIXELS:
-                raise BadInput(f"the picture {str(path)!r} claims {_by(picture.size)} pixels")
-            if modes and not picture.mode.startswith(tuple(modes)):
-                raise BadInput(f"the picture {str(path)!r} is of the kind {picture.mode!r}; legal: {legal}")
-            return np.array(picture if modes else picture.convert("RGB"))
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise BadInput(f"the picture {str(path)!r} cannot be read; legal: {legal}") from error
+        picture = read_picture(path, formats)
+        if modes and not picture.mode.startswith(tuple(modes)):
+            raise BadInput(f"it is of the kind {picture.mode!r}")
+        return pixels_of(picture, "" if modes else "RGB")
+    except BadInput as error:
+        raise BadInput(f"the picture {str(path)!r} cannot be read: {error}; legal: {legal}") from error
+    except OSError as error:
+        raise BadInput(f"the picture {str(path)!r} cannot be read: {error.strerror or error}") from error
 
 
 def _metres(values: np.ndarray, scale: float | None, path: Path) -> np.ndarray:

@@ -18,8 +18,8 @@ import numpy as np
 from rosbags.rosbag1 import reader as ros1
 from rosbags.rosbag1.reader import Header, ReaderError, RecordType
 
+from agent.recordings.decompression import most_of_piece
 from agent.recordings.file_view import NothingWhole, RepairedFile, unpacked_beginning
-from structdiffusion.limits import BAG_PIECE_BYTES
 
 _INDEX_RECORD = 12  # bytes: seconds, nanoseconds, offset
 
@@ -131,7 +131,7 @@ def _content_of_cut_chunk(file: BinaryIO, position: int) -> bytes:
         size = ros1.read_uint32(file)
     except (ReaderError, ValueError):
         return b""
-    return unpacked_beginning(compression, file.read(min(size, BAG_PIECE_BYTES)))
+    return unpacked_beginning(compression, file.read(min(size, most_of_piece())))
 
 
 def _rebuilt_chunk(content: bytes, position: int, records: dict[int, bytes]) -> tuple[bytes, list[_Chunk]]:

@@ -16,7 +16,8 @@ from agent.recordings.message_decoding import TRANSFORMS, frame_name, stamp
 from structdiffusion.geometry import pose_from_position_quaternion
 
 _REACHES = (2.0, 20.0, 200.0)  # s; how far from the moment a transform is looked for
-_MOST_STATIC = 10_000  # messages; a bag with more of them on a static topic is broken
+_MOST_STATIC = 100_000  # messages; a bag with more of them on a static topic is broken
+_MOST_TOLD = 8  # frames, or errors, that are named; the rest is counted
 
 
 class TransformLoop(BadInput):
@@ -30,11 +31,13 @@ class Transform:
     Attributes:
         parent_from_child: (4, 4).
         time: when it held, nanoseconds.
+        recorded: when it was recorded, nanoseconds.
         static: whether it holds always.
     """
 
     parent_from_child: np.ndarray
     time: int
+    recorded: int
     static: bool
 
 
@@ -45,12 +48,17 @@ class Frames:
     Attributes:
         moment: nanoseconds.
         transforms: (child, parent) -> the latest before the moment, or the first after it if there is none before.
-        spoilt: errors in transforms, a sentence each.
+        errors: in transforms, a sentence each.
     """
 
     moment: int
     transforms: dict[tuple[str, str], Transform] = field(default_factory=dict)
-    spoilt: list[str] = field(default_factory=list)
+    errors: dict[str, None] = field(default_factory=dict)
+
+    @property
+    def spoilt(self) -> list[str]:
+        """Return the first errors in transforms, and how many more there are."""
+        return _first(list(self.errors), "{} more transforms of tf were left out or mended")
 
     def add(self, message: Any, recorded: int, static: bool) -> None:
         """Take in the transforms of a TFMessage."""
@@ -58,39 +66,45 @@ class Frames:
             child, parent = frame_name(said.child_frame_id), frame_name(said.header.frame_id)
             pose, problem = _pose(said.transform)
             if pose is None or not child or not parent or child == parent:
-                self._spoil(f"tf says {problem or 'nothing usable'} about {child!r} in {parent!r}, which was left out")
+                self.spoil(f"tf says {problem or 'nothing usable'} about {child!r} in {parent!r}, which was left out")
                 continue
             if problem:
-                self._spoil(f"tf says {problem} about {child!r} in {parent!r}, which was mended")
-            new = Transform(pose, recorded if static else stamp(said.header, recorded), static)
+                self.spoil(f"tf says {problem} about {child!r} in {parent!r}, which was mended")
+            new = Transform(pose, recorded if static else stamp(said.header, recorded), recorded, static)
             old = self.transforms.get((child, parent))
-            if old is None or static or self._nearer(new.time, old.time):
+            if old is None or static or self._nearer(new, old):
                 self.transforms[child, parent] = new
 
-    def _spoil(self, sentence: str) -> None:
-        if sentence not in self.spoilt:
-            self.spoilt.append(sentence)
+    def spoil(self, sentence: str) -> None:
+        """Note an error, once."""
+        self.errors[_cut(sentence, 300)] = None
 
-    def _nearer(self, new: int, old: int) -> bool:
-        """Return whether a transform of time `new` fits the moment better than one of `old`."""
-        if new <= self.moment:
-            return old > self.moment or new >= old
-        return self.moment < new < old
+    def _nearer(self, new: Transform, old: Transform) -> bool:
+        """Return whether a transform fits the moment better than another; of two of one time, the last recorded."""
+        if new.time <= self.moment:
+            return old.time > self.moment or (new.time, new.recorded) >= (old.time, old.recorded)
+        return (new.time, new.recorded) < (old.time, old.recorded)
+
+    def static_alone(self, moment: int) -> Frames:
+        """Return the frames at another moment as far as they never move."""
+        kept = {edge: transform for edge, transform in self.transforms.items() if transform.static}
+        return Frames(moment, kept, dict(self.errors))
 
     @property
     def names(self) -> set[str]:
         """Return the names of all frames."""
         return {name for edge in self.transforms for name in edge}
 
-    def parents(self, name: str) -> list[str]:
-        """Return the parents of a frame by name; a valid tree has one."""
-        return sorted(parent for child, parent in self.transforms if child == name)
-
-    def loop(self, name: str) -> list[str]:
-        """Return the frames of a loop above `name`, the first again at the end; nothing if there is none."""
+    def parents(self) -> dict[str, list[str]]:
+        """Return the parents of each frame that has any; in a valid tree it has one."""
         parents_of: dict[str, list[str]] = {}
         for child, parent in self.transforms:
             parents_of.setdefault(child, []).append(parent)
+        return parents_of
+
+    def loop(self, name: str) -> list[str]:
+        """Return the frames of a loop above `name`, the first again at the end; nothing if there is none."""
+        parents_of = self.parents()
         above: dict[str, list[str]] = {}
         waiting = [name]
         while waiting:
@@ -150,20 +164,30 @@ def is_static(stream: Stream) -> bool:
     return stream.topic.endswith("tf_static")
 
 
-def read_frames(bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = ()) -> Frames:
+def read_frames(
+    bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = (), known: Frames | None = None
+) -> Frames:
     """Read the frames at `moment` (nanoseconds), around it until every one of `ways` is known, as far as tf goes.
 
     Args:
+        bag: open.
+        moment: of the recording.
         ways: pairs of frames that are asked for; a frame "" stands for the arm's base.
+        known: the frames of the same bag at another moment, whose static transforms are not read again.
     """
     ways = [(frame_name(start), frame_name(goal)) for start, goal in ways]
     static = [stream for stream in transform_streams(bag) if is_static(stream)]
     moving = [stream for stream in transform_streams(bag) if not is_static(stream)]
-    frames = Frames(moment)
-    _take(bag, frames, static, None, None, True)
+    frames = Frames(moment) if known is None else known.static_alone(moment)
+    if known is None:
+        _take(bag, frames, static, None, None, True)
+    before = after = moment
     for reach in _REACHES:
         start, stop = max(0, moment - round(reach * 1e9)), moment + round(reach * 1e9)
-        _take(bag, frames, moving, start, stop, False)
+        for span in ((start, before), (after, stop)):  # what is between them has been read
+            if span[0] < span[1]:
+                _take(bag, frames, moving, *span, False)
+        before, after = start, stop
         if all(frames.path(start, goal or base_frame(frames)) for start, goal in ways):
             break
         if start <= bag.start and stop > bag.end:
@@ -175,13 +199,12 @@ def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, st
     """Add the messages of `streams` in a span of time."""
     for number, message in enumerate(bag.messages(streams, start, stop)):
         if static and number == _MOST_STATIC:
-            frames.spoilt.append(f"of tf's static transforms the first {_MOST_STATIC} messages alone were read")
+            frames.spoil(f"of tf's static transforms the first {_MOST_STATIC} messages alone were read")
             return
         try:
             frames.add(bag.decoded(message), message.recorded, static)
         except BadInput as error:
-            if str(error) not in frames.spoilt:
-                frames.spoilt.append(str(error))
+            frames.spoil(str(error))
 
 
 def base_frame(frames: Frames, prefix: str = "") -> str:
@@ -221,9 +244,10 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     path = frames.path(base, camera)
     if not path:
         return None, [*notes, f"tf does not connect the camera's frame {camera!r} with the arm's {base!r}"]
-    for name in path:
-        if len(parents := frames.parents(name)) > 1:
-            notes.append(f"tf gives the frame {name!r} {len(parents)} parents ({', '.join(parents)})")
+    parents_of = frames.parents()
+    several = [name for name in path if len(parents_of.get(name, ())) > 1]
+    told = [f"tf gives the frame {name!r} {len(parents_of[name])} parents ({_some(parents_of[name])})" for name in several]
+    notes += _first(told, "tf gives {} more frames several parents")
     if not base.endswith("link_base"):
         notes.append(f"tf has no PREFIX_link_base; the frame {base!r} was taken for the arm's base")
     return frames.pose(path), notes
@@ -235,10 +259,22 @@ def _in_turn(loop: Sequence[str], most: int = 8) -> str:
     return " -> ".join(shown)
 
 
-def _some(names: Iterable[str], most: int = 8) -> str:
+def _some(names: Iterable[str], most: int = _MOST_TOLD) -> str:
     """Join some of many names."""
     ordered = sorted(names)
-    return ", ".join(ordered[:most]) + (f" and {len(ordered) - most} more" if len(ordered) > most else "")
+    listed = ", ".join(_cut(name, 100) for name in ordered[:most])
+    return listed + (f" and {len(ordered) - most:,} more" if len(ordered) > most else "")
+
+
+def _cut(text: str, most: int) -> str:
+    """Return a text without its end where it is very long."""
+    return text if len(text) <= most else f"{text[:most]} ..."
+
+
+def _first(sentences: list[str], rest: str) -> list[str]:
+    """Return the first of many sentences, and one with the number of the others."""
+    more = len(sentences) - _MOST_TOLD
+    return sentences if more < 1 else [*sentences[:_MOST_TOLD], "... and " + rest.format(f"{more:,}")]
 
 
 def _pose(transform: Any) -> tuple[np.ndarray | None, str]:

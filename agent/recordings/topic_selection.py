@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any
 
 from agent.errors import BadInput, UsageError
-from agent.recordings.bag_reader import Bag, Stream
+from agent.recordings.bag_reader import Bag, Message, Stream
 from agent.recordings.image_decoding import DEPTHS, compressed_size, is_compressed_depth
 from agent.recordings.message_decoding import CLOUD, COMPRESSED, IMAGE, INFO, frame_name
+from agent.recordings.survey import look_at_first
 
 ROLES = {  # what a topic can be named for -> the types that fit
     "points": (CLOUD,),
@@ -97,27 +98,35 @@ class Choice:
 
 def offers(bag: Bag) -> list[Offer]:
     """Return the possible uses of every stream of a fitting type, from its first messages."""
-    found = []
-    for stream in bag.streams:
-        if stream.count and stream.type in (CLOUD, IMAGE, COMPRESSED, INFO):
-            found.append(_offer(bag, stream))
-    return sorted(found, key=lambda offer: offer.rank)
+    streams = [stream for stream in bag.streams if stream.count and stream.type in (CLOUD, IMAGE, COMPRESSED, INFO)]
+    found = {stream: Offer(stream, _guessed_role(stream), problem="it has no messages") for stream in streams}
+    looks: Counter[Stream] = Counter()
+
+    def enough(message: Message) -> bool:
+        """Keep what the first usable message says, or the first one if none is of use."""
+        stream = message.stream
+        looks[stream] += 1
+        offer = _offer(bag, message)
+        if not offer.problem or looks[stream] == 1:
+            found[stream] = offer
+        return not offer.problem or looks[stream] == _FIRST_LOOKS
+
+    look_at_first(bag, streams, enough)
+    return sorted(found.values(), key=lambda offer: offer.rank)
 
 
-def _offer(bag: Bag, stream: Stream) -> Offer:
-    """Return the use of a stream from the first of its messages that is not empty."""
+def _guessed_role(stream: Stream) -> str:
     by_name = "depth" if "depth" in stream.topic.lower() else "color"
-    guess = {CLOUD: "points", INFO: "depth_info"}.get(stream.type, by_name)
-    first = Offer(stream, guess, problem="it has no messages")
-    for number, message in enumerate(islice(bag.messages([stream]), _FIRST_LOOKS)):
-        try:
-            offer = _described(stream, bag.decoded(message))
-        except BadInput as error:
-            offer = Offer(stream, guess, problem=str(error))
-        if not offer.problem:
-            return offer
-        first = first if number else offer
-    return first
+    return {CLOUD: "points", INFO: "depth_info"}.get(stream.type, by_name)
+
+
+def _offer(bag: Bag, message: Message) -> Offer:
+    """Return the use of a stream as one of its messages shows it."""
+    stream = message.stream
+    try:
+        return _described(stream, bag.decoded(message))
+    except BadInput as error:
+        return Offer(stream, _guessed_role(stream), problem=str(error))
 
 
 def _described(stream: Stream, message: Any) -> Offer:
@@ -139,19 +148,20 @@ def _described(stream: Stream, message: Any) -> Offer:
     return Offer(stream, role, frame, width, height, colored, problem)
 
 
-def choose(bag: Bag, named: Mapping[str, str]) -> Choice:
+def choose(bag: Bag, named: Mapping[str, str], there: list[Offer] | None = None) -> Choice:
     """Choose the streams that make the camera's picture.
 
     Args:
         bag: open.
         named: role -> the topic that the user named for it.
+        there: the `offers` of the bag, where they are known.
 
     Raises:
         UsageError: for a role that there is none of.
         BadInput: if a topic is missing, or no topic has points or depth.
     """
     check_named(bag, named)
-    there = offers(bag)
+    there = offers(bag) if there is None else there
     clouds, depths = _of_role(there, "points", named), _of_role(there, "depth", named)
     if "depth" in named:
         clouds = []

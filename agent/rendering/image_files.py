@@ -66,6 +66,18 @@ def webp_of(image: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
+def within_size(content: bytes, most: int) -> bytes:
+    """Return a picture, a WebP file, with so few pixels that it has at most `most` bytes."""
+    if len(content) <= most:
+        return content
+    with Image.open(io.BytesIO(content)) as image:
+        shown = image.convert("RGB")
+    while len(content) > most and min(shown.size) > 1:
+        shown.thumbnail((max(1, shown.width * 3 // 4), max(1, shown.height * 3 // 4)))
+        content = webp_of(np.asarray(shown))
+    return content
+
+
 def film_of(frames: np.ndarray) -> bytes:
     """Encode pictures (T, H, W, 3) uint8 as an animated WebP file that plays again and again."""
     durations = [round(1000 / FILM_SPEED)] * (len(frames) - 1) + [_LAST_PICTURE]

@@ -41,8 +41,7 @@ from agent.reporting.html.document import run_page
 from agent.reporting.html.turn import Turn
 from agent.reporting.session_log import RUN_SESSION, SessionWriter
 from agent.reporting.table_model import TableModel
-from agent.runtime.atomic_files import write_all_whole
-from agent.runtime.output_ownership import files_written, mark
+from agent.runtime.output_ownership import files_written, mark, own_folder
 from agent.runtime.redaction import without_credentials
 
 SCHEMA_VERSION = 6
@@ -168,14 +167,14 @@ class RunRecord:
         files: dict[str, bytes | str] = {f"{name}.{FORMAT}": content for name, content in self.pictures.items()}
         files |= {"report.json": self.json() + "\n", "report.html": run_page(self.turn)}
         try:
-            earlier = files_written(folder, "run")
-            session = earlier & {RUN_SESSION}
-            folder.mkdir(parents=True, exist_ok=True)
-            mark(folder, "run", earlier | files.keys())
-            write_all_whole(folder, files)
-            for name in earlier - files.keys() - session:
-                (folder / name).unlink(missing_ok=True)
-            mark(folder, "run", session | files.keys())
+            with own_folder(folder, "run") as place:
+                earlier = files_written(place, "run")
+                session = earlier & {RUN_SESSION}
+                mark(place, "run", earlier | files.keys())
+                place.write(files)
+                for name in earlier - files.keys() - session:
+                    place.remove(name)
+                mark(place, "run", session | files.keys())
         except OSError as error:
             raise NotWritten(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
         return folder / "report.html"

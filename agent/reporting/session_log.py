@@ -10,9 +10,10 @@ import base64
 import fcntl
 import os
 import platform
+import stat
 import time
-from collections.abc import Mapping
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -23,8 +24,8 @@ from agent.errors import NotWritten, UsageError
 from agent.event_base import Event, json_value
 from agent.rendering.image_files import FORMAT, Picture
 from agent.reporting.session_format import SCHEMA_VERSION, decode_line, encode_line, is_start
-from agent.runtime.atomic_files import unfinished_file
-from agent.runtime.output_ownership import files_written, mark
+from agent.runtime.atomic_files import OpenFolder, opened
+from agent.runtime.output_ownership import files_written, mark, own_folder
 from agent.runtime.redaction import without_credentials
 from structdiffusion.limits import SESSION_START_BYTES
 
@@ -116,43 +117,52 @@ class SessionWriter:
 
     def _open(self) -> None:
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            if self._owner is not None:
-                mark(self.path.parent, self._owner, files_written(self.path.parent, self._owner) | {self.path.name})
-            self._file = self._replaced() if self._replace else self._continued()
+            with self._folder() as place:
+                self._file = self._replaced(place) if self._replace else self._continued(place)
         except BlockingIOError as error:
             raise UsageError(f"another process writes the session {str(self.path)!r}; choose another folder") from error
         except OSError as error:
             raise self._not_written(error) from error
         self._waiting = []
 
-    def _continued(self) -> Any:
+    @contextmanager
+    def _folder(self) -> Iterator[OpenFolder]:
+        """Open the file's folder, created if missing, and mark it as its owner's."""
+        if self._owner is None:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with opened(self.path.parent) as place:
+                yield place
+        else:
+            with own_folder(self.path.parent, self._owner) as place:
+                mark(place, self._owner, files_written(place, self._owner) | {self.path.name})
+                yield place
+
+    def _continued(self, place: OpenFolder) -> Any:
         """Open and lock the file, and append the pending lines; a symbolic link is not followed."""
-        torn = not self.path.is_symlink() and self.path.exists() and _is_torn(self.path)
-        flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW
-        file = os.fdopen(os.open(self.path, flags, 0o666), "ab", buffering=0)
+        descriptor = place.open(self.path.name, os.O_RDWR | os.O_APPEND | os.O_CREAT)
+        file = os.fdopen(descriptor, "ab+", buffering=0)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            _write(file, (b"\n" if torn else b"") + b"".join(self._waiting))
-        except OSError:
+            _write(file, (b"\n" if _is_torn(file, self.path) else b"") + b"".join(self._waiting))
+        except BaseException:
             file.close()
             raise
         return file
 
-    def _replaced(self) -> Any:
+    def _replaced(self, place: OpenFolder) -> Any:
         """Open and lock a new file with the pending lines, which replaces an earlier one."""
         with ExitStack() as until_replaced:
-            if self.path.exists() and not self.path.is_symlink():
-                earlier = until_replaced.enter_context(self.path.open("rb"))
+            if place.kind(self.path.name) == stat.S_IFREG:
+                earlier = place.open(self.path.name, os.O_RDONLY)
+                until_replaced.callback(os.close, earlier)
                 fcntl.flock(earlier, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            file, unfinished = unfinished_file(self.path)
+            file, unfinished = place.unfinished()
             try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 _write(file, b"".join(self._waiting))
-                os.replace(unfinished, self.path)
+                place.replace(unfinished, self.path.name)
             except BaseException:
                 file.close()
-                unfinished.unlink(missing_ok=True)
+                place.remove(unfinished)
                 raise
         return file
 
@@ -188,15 +198,15 @@ def _write(file: Any, content: bytes) -> None:
         raise
 
 
-def _is_torn(path: Path) -> bool:
-    """Return whether the last line of an existing session is incomplete.
+def _is_torn(file: Any, path: Path) -> bool:
+    """Return whether the last line of an open session is incomplete.
 
     Raises:
         UsageError: if the file is something else, which must not be written into.
     """
-    with path.open("rb") as file:
-        first = file.readline(SESSION_START_BYTES)
-        if first and not is_start(decode_line(first)):
-            raise UsageError(f"{str(path)!r} is there already, and is not a session, so it cannot be continued")
-        file.seek(max(file.seek(0, 2) - 1, 0))
-        return file.read(1) not in (b"", b"\n")
+    file.seek(0)
+    start = file.read(SESSION_START_BYTES).partition(b"\n")[0]
+    if start and not is_start(decode_line(start)):
+        raise UsageError(f"{str(path)!r} is there already, and is not a session, so it cannot be continued")
+    file.seek(max(file.seek(0, os.SEEK_END) - 1, 0))
+    return file.read(1) not in (b"", b"\n")

@@ -5,21 +5,26 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Sequence
-from contextlib import suppress
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
-from agent.runtime.atomic_files import write_whole
+from agent.runtime.atomic_files import OpenFolder, opened
 from agent.runtime.output_paths import check_folder
 
 Entry = dict[str, Any]
 _LOCK = ".lock"
+_FLAGS = os.O_RDWR | os.O_APPEND | os.O_CREAT
 
 
-def locked(folder: Path, who: str) -> int:
-    """Lock a folder for this process until the descriptor is closed; create the folder if it is missing.
+@contextmanager
+def locked_folder(folder: Path, who: str) -> Iterator[OpenFolder]:
+    """Open a folder of `--out`, which is created if missing, and keep other processes of this tool out of it meanwhile.
+
+    The lock ends with the process, however that ends.
 
     Args:
         folder: the value of `--out`.
@@ -31,12 +36,23 @@ def locked(folder: Path, who: str) -> int:
     """
     check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    lock = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+    with opened(folder) as place:
+        lock = _locked(place, who)
+        try:
+            place.remove_abandoned()
+            yield place
+        finally:
+            os.close(lock)
+
+
+def _locked(place: OpenFolder, who: str) -> int:
+    """Lock a folder until the descriptor that is returned is closed."""
+    lock = place.open(_LOCK, os.O_RDWR | os.O_CREAT, 0o644)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(lock)
-        message = f"another {who} is at work in {str(folder)!r}; wait for it, or choose another --out"
+        message = f"another {who} is at work in {str(place.path)!r}; wait for it, or choose another --out"
         raise UsageError(message) from None
     return lock
 
@@ -45,7 +61,8 @@ class Journal:
     """A file of JSON lines, each forced to the disk when it is added. Close it, or use it as a context manager.
 
     Args:
-        path: the path of the file, in a folder that is `locked`; created if missing.
+        place: the folder, a `locked_folder`, which stays open as long as the journal.
+        name: the name of the file in it; created if missing.
         keys: the keys that every entry must have.
         what: the term for an entry in messages, such as "result of a batch".
 
@@ -56,11 +73,17 @@ class Journal:
         BadInput: if a line other than the last is not an entry.
     """
 
-    def __init__(self, path: Path, keys: set[str], what: str) -> None:
-        self.path = path
+    def __init__(self, place: OpenFolder, name: str, keys: set[str], what: str) -> None:
+        self.path, self._place = place.path / name, place
         self.entries: list[Entry] = []
-        self._recover(keys, what)
-        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        if place.kind(name) == stat.S_IFLNK:
+            raise BadInput(f"{str(self.path)!r} is a symbolic link, and must be a file; choose another --out")
+        self._file = place.open(name, _FLAGS)
+        try:
+            self._recover(keys, what)
+        except BaseException:
+            os.close(self._file)
+            raise
 
     def __enter__(self) -> Journal:
         return self
@@ -88,16 +111,9 @@ class Journal:
         """Replace all entries with these in one step."""
         self._replace(b"".join(map(_line, entries)))
         self.entries = list(entries)
-        os.close(self._file)
-        self._file = os.open(self.path, os.O_WRONLY | os.O_APPEND)
 
     def _recover(self, keys: set[str], what: str) -> None:
-        if self.path.is_symlink():
-            raise BadInput(f"{str(self.path)!r} is a symbolic link, and must be a file; choose another --out")
-        try:
-            content = self.path.read_bytes()
-        except FileNotFoundError:
-            return
+        content = _all_of(self._file)
         lines = content.split(b"\n")
         last = max((number for number, line in enumerate(lines, start=1) if line), default=0)
         whole = []
@@ -113,12 +129,15 @@ class Journal:
             self._replace(kept)
 
     def _replace(self, content: bytes) -> None:
-        write_whole(self.path, content)
-        folder = os.open(self.path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+        self._place.write({self.path.name: content})
+        replaced = self._place.open(self.path.name, _FLAGS)
+        os.close(self._file)
+        self._file = replaced
+
+
+def _all_of(descriptor: int) -> bytes:
+    with open(descriptor, "rb", closefd=False) as file:
+        return file.read()
 
 
 def _line(entry: Entry) -> bytes:

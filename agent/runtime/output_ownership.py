@@ -8,20 +8,24 @@ A command takes a folder that is missing, empty, or marked with its own kind. Fo
 marker, are recognised by their report, results or session. `--force` takes any other folder; foreign files
 then stay, unless they have the name of a file that is written. Only files that the marker lists are deleted, and only
 in the folder itself: no paths, no symbolic links, no folders.
+
+A command asks twice: by path before any work, and in the opened folder when it writes (`own_folder`). What a link has
+put in the folder's place meanwhile is therefore judged, and refused, like any other folder.
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import stat
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
-from agent.runtime.atomic_files import write_whole
+from agent.runtime.atomic_files import OpenFolder, opened
 from agent.runtime.output_paths import check_folder
 
 MARKER = ".structagent.json"
@@ -30,7 +34,32 @@ _VERSION = 1
 _KINDS = {"run": "a run", "chat": "a chat", "batch": "a batch", "evaluation": "an evaluation"}
 _LARGEST_REPORT = 64 * 2**20  # bytes; a larger file is no report of a run
 
-Recognise = Callable[[Path], bool]
+Recognise = Callable[[OpenFolder], bool]
+
+
+@dataclass(frozen=True)
+class OwnFolder:
+    """The output folder of a command.
+
+    Attributes:
+        folder: made if needed.
+        kind: of what it holds: "run", "chat", "batch" or "evaluation".
+    """
+
+    folder: Path
+    kind: str
+
+    def write(self, name: str, content: bytes) -> Path:
+        """Write a file into it, as one of this tool's own; return its path.
+
+        Raises:
+            UsageError: if the folder contains files that this kind of command did not write.
+            OSError: if it cannot be written.
+        """
+        with own_folder(self.folder, self.kind) as place:
+            mark(place, self.kind, files_written(place, self.kind) | {name})
+            place.write({name: content})
+        return self.folder / name
 
 
 def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> None:
@@ -46,58 +75,81 @@ def check_own_folder(folder: Path | None, kind: str, force: bool = False) -> Non
         BadInput: if nothing can be written there.
     """
     check_folder(folder)
-    if folder is None or force or not folder.exists():
-        return
-    found = _marked(folder)
-    if found is not None:
-        if found[0] != kind:
-            raise UsageError(
-                f"{str(folder)!r} holds the output of {_KINDS[found[0]]}, and {_KINDS[kind]} would mix with it; "
-                "choose another --out, or add --force"
-            )
-    elif not _is_empty(folder) and not _RECOGNISE[kind](folder):
-        raise UsageError(
-            f"{str(folder)!r} holds files that structagent did not write as the output of {_KINDS[kind]}; choose an "
-            "empty or a new folder for --out, or add --force, which replaces files of the same names and keeps the rest"
-        )
+    if folder is not None and not force and folder.exists():
+        with opened(folder) as place:
+            check_opened(place, kind)
 
 
 def claim_folder(folder: Path | None, kind: str, force: bool = False) -> None:
     """Check the folder as `check_own_folder` does; with `force`, mark it at once so that later checks accept it."""
     check_own_folder(folder, kind, force)
-    if force and folder is not None:
-        mark(folder, kind, files_written(folder, kind))
+    if force and folder is not None and folder.exists():
+        with opened(folder) as place:
+            mark(place, kind, files_written(place, kind))
 
 
-def mark(folder: Path, kind: str, names: Iterable[str]) -> None:
+@contextmanager
+def own_folder(folder: Path, kind: str) -> Iterator[OpenFolder]:
+    """Open a folder to write into, and check that very one; it is created if missing.
+
+    Raises:
+        UsageError: if it contains files that this kind of command did not write.
+        OSError: if it cannot be created or opened.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with opened(folder) as place:
+        check_opened(place, kind)
+        yield place
+
+
+def check_opened(place: OpenFolder, kind: str) -> None:
+    """Refuse an open folder that is not `kind`'s own.
+
+    Raises:
+        UsageError: if it contains files that this kind of command did not write.
+    """
+    found = _marked(place)
+    if found is not None:
+        if found[0] != kind:
+            raise UsageError(
+                f"{str(place.path)!r} holds the output of {_KINDS[found[0]]}, and {_KINDS[kind]} would mix with it; "
+                "choose another --out, or add --force"
+            )
+    elif not _is_empty(place) and not _RECOGNISE[kind](place):
+        raise UsageError(
+            f"{str(place.path)!r} holds files that structagent did not write as the output of {_KINDS[kind]}; choose an "
+            "empty or a new folder for --out, or add --force, which replaces files of the same names and keeps the rest"
+        )
+
+
+def mark(place: OpenFolder, kind: str, names: Iterable[str]) -> None:
     """Mark a folder as this tool's own; the given names replace the list of files that it wrote there.
 
     Raises:
         OSError: if the marker cannot be written.
     """
     content = {"marker_version": _VERSION, "kind": kind, "files": sorted(set(names))}
-    write_whole(folder / MARKER, json.dumps(content, indent=1) + "\n")
+    place.write({MARKER: json.dumps(content, indent=1) + "\n"})
 
 
-def files_written(folder: Path, kind: str) -> set[str]:
+def files_written(place: OpenFolder, kind: str) -> set[str]:
     """List the names of the files that this tool wrote into a folder as the output of `kind`.
 
     They are read from the marker, or in a folder of an earlier version from the report of a run. Paths and
     names of anything but a regular file in the folder itself are left out.
     """
-    found = _marked(folder)
+    found = _marked(place)
     if found is not None:
         names = found[1] if found[0] == kind else []
     else:
-        names = _names_of_earlier_version(folder) if kind == "run" else []
-    return {name for name in names if _is_plain(name) and _is_regular(folder / name)}
+        names = _names_of_earlier_version(place) if kind == "run" else []
+    return {name for name in names if _is_plain(name) and place.kind(name) == stat.S_IFREG}
 
 
-def remove_written(folder: Path, kind: str, keep: Iterable[str] = ()) -> None:
+def remove_written(place: OpenFolder, kind: str, keep: Iterable[str] = ()) -> None:
     """Remove the files that `files_written` lists, except those to keep."""
-    for name in files_written(folder, kind) - set(keep):
-        with contextlib.suppress(OSError):
-            (folder / name).unlink()
+    for name in files_written(place, kind) - set(keep):
+        place.remove(name)
 
 
 def check_subfolder(folder: Path) -> None:
@@ -111,20 +163,19 @@ def check_subfolder(folder: Path) -> None:
         raise BadInput(f"{str(folder)!r} is {what}, and must be a folder; choose another --out")
 
 
-def _marked(folder: Path) -> tuple[str, list[Any]] | None:
+def _marked(place: OpenFolder) -> tuple[str, list[Any]] | None:
     """Return the kind and the files that a folder's marker names; `None` if it has no valid marker."""
-    found = _json_of(folder / MARKER)
+    found = _json_of(place, MARKER)
     if not isinstance(found, dict) or found.get("marker_version") != _VERSION or found.get("kind") not in [*_KINDS]:
         return None
     files = found.get("files")
     return (found["kind"], files) if isinstance(files, list) else None
 
 
-def _is_empty(folder: Path) -> bool:
-    return all(
-        entry.name == _LOCK and entry.is_file(follow_symlinks=False) and entry.stat().st_size == 0
-        for entry in os.scandir(folder)
-    )
+def _is_empty(place: OpenFolder) -> bool:
+    """Return whether nothing is in a folder but what a process that was killed early leaves there."""
+    place.remove_abandoned()
+    return all(name == _LOCK and _content_of(place, name, 1) == b"" for name in place.names())
 
 
 def _is_plain(name: Any) -> bool:
@@ -132,31 +183,32 @@ def _is_plain(name: Any) -> bool:
     return isinstance(name, str) and name not in ("", ".", "..", MARKER) and "\0" not in name and os.sep not in name
 
 
-def _is_regular(path: Path) -> bool:
+def _content_of(place: OpenFolder, name: str, most: int, of_line: bool = False) -> bytes | None:
+    """Return the first `most` bytes of a regular file, or of its first line; `None` for anything else."""
     try:
-        return stat.S_ISREG(path.lstat().st_mode)
+        with os.fdopen(place.open(name, os.O_RDONLY), "rb") as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                return None
+            return file.readline(most) if of_line else file.read(most)
     except OSError:
-        return False
-
-
-def _json_of(path: Path) -> Any:
-    """Return the content of a small regular JSON file; `None` for anything else."""
-    try:
-        if not _is_regular(path) or path.stat().st_size > _LARGEST_REPORT:
-            return None
-        return json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
         return None
 
 
-def _first_line(path: Path) -> Any:
-    """Return the JSON value of a regular file's first line; `None` if there is none."""
+def _json_of(place: OpenFolder, name: str) -> Any:
+    """Return the content of a small regular JSON file; `None` for anything else."""
+    content = _content_of(place, name, _LARGEST_REPORT + 1)
     try:
-        if not _is_regular(path):
-            return None
-        with path.open("rb") as file:
-            return json.loads(file.readline(_LARGEST_REPORT))
-    except (OSError, ValueError, RecursionError):
+        return None if content is None or len(content) > _LARGEST_REPORT else json.loads(content)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _first_line(place: OpenFolder, name: str) -> Any:
+    """Return the JSON value of a regular file's first line; `None` if there is none."""
+    content = _content_of(place, name, _LARGEST_REPORT, of_line=True)
+    try:
+        return None if content is None else json.loads(content)
+    except (ValueError, RecursionError):
         return None
 
 
@@ -177,27 +229,26 @@ def _is_session(line: Any) -> bool:
     return isinstance(line, dict) and line.keys() >= _SESSION_KEYS
 
 
-def _is_run_folder(folder: Path) -> bool:
-    session = folder / "session.jsonl"
-    return _is_report(_json_of(folder / "report.json")) and (
-        not os.path.lexists(session) or _is_session(_first_line(session))
+def _is_run_folder(place: OpenFolder) -> bool:
+    return _is_report(_json_of(place, "report.json")) and (
+        place.kind("session.jsonl") is None or _is_session(_first_line(place, "session.jsonl"))
     )
 
 
-def _is_chat_folder(folder: Path) -> bool:
-    return not (folder / "report.json").exists() and _is_session(_first_line(folder / "session.jsonl"))
+def _is_chat_folder(place: OpenFolder) -> bool:
+    return place.kind("report.json") is None and _is_session(_first_line(place, "session.jsonl"))
 
 
-def _is_batch_folder(folder: Path) -> bool:
-    result = _first_line(folder / "results.jsonl")
+def _is_batch_folder(place: OpenFolder) -> bool:
+    result = _first_line(place, "results.jsonl")
     return isinstance(result, dict) and result.keys() >= _RESULT_KEYS
 
 
-def _is_evaluation_folder(folder: Path) -> bool:
-    about = _json_of(folder / "about.json")
+def _is_evaluation_folder(place: OpenFolder) -> bool:
+    about = _json_of(place, "about.json")
     if isinstance(about, dict) and about.keys() >= _ABOUT_KEYS and isinstance(about["networks"], dict):
         return True
-    parsing = _json_of(folder / "parse.json")
+    parsing = _json_of(place, "parse.json")
     return isinstance(parsing, dict) and parsing.keys() >= {"schema_version", "version", "evaluations"}
 
 
@@ -209,31 +260,29 @@ _RECOGNISE: dict[str, Recognise] = {
 }
 
 
-def _names_of_earlier_version(folder: Path) -> list[str]:
+def _names_of_earlier_version(place: OpenFolder) -> list[str]:
     """List the files that a run of an earlier version wrote; of the pictures in its report, only those that are
     pictures.
     """
-    names = ["session.jsonl"] if _is_session(_first_line(folder / "session.jsonl")) else []
-    if _begins_with(folder / "traceback.txt", b"Traceback (most recent call last)"):
+    names = ["session.jsonl"] if _is_session(_first_line(place, "session.jsonl")) else []
+    if _begins_with(place, "traceback.txt", b"Traceback (most recent call last)"):
         names.append("traceback.txt")
-    report = _json_of(folder / "report.json")
+    report = _json_of(place, "report.json")
     if not _is_report(report) or not isinstance(report["pictures"], list):
         return names
     names += ["report.json", "report.html"]
     for entry in report["pictures"]:
-        if isinstance(entry, dict) and _is_plain(entry.get("file")) and _is_picture(folder / entry["file"], entry):
+        if isinstance(entry, dict) and _is_plain(entry.get("file")) and _is_picture(place, entry):
             names.append(entry["file"])
     return names
 
 
-def _is_picture(path: Path, entry: dict[str, Any]) -> bool:
+def _is_picture(place: OpenFolder, entry: dict[str, Any]) -> bool:
     """Return whether a file has the name and the first bytes of a picture that a report lists."""
+    path = Path(entry["file"])
     signature = _SIGNATURES.get(path.suffix)
-    return signature is not None and path.stem == entry.get("name") and _begins_with(path, signature)
+    return signature is not None and path.stem == entry.get("name") and _begins_with(place, path.name, signature)
 
 
-def _begins_with(path: Path, signature: bytes) -> bool:
-    if not _is_regular(path):
-        return False
-    with path.open("rb") as file:
-        return file.read(len(signature)) == signature
+def _begins_with(place: OpenFolder, name: str, signature: bytes) -> bool:
+    return _content_of(place, name, len(signature)) == signature

@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +57,29 @@ def check_file(file: Path | None) -> None:
             _try_folder(file.parent)
     except OSError as error:
         raise BadInput(f"{_cannot_be(file, error)}; legal: a file in a folder that can be written to") from error
+
+
+@contextmanager
+def folder_or_new(folder: Path | None, name: str) -> Iterator[Path]:
+    """Yield the value of `--out` or, without one, a new folder `out/DATE-TIME-name`, which is removed if it stays empty.
+
+    It is new even if the clock was set back, or another command of that name began in the same second.
+    """
+    if folder is not None:
+        yield folder
+        return
+    name = f"{datetime.now():%Y%m%d-%H%M%S}-{name}"
+    for number in count(1):
+        folder = Path("out") / (name if number == 1 else f"{name}-{number}")
+        with suppress(FileExistsError):
+            folder.mkdir(parents=True)
+            break
+    try:
+        yield folder
+    finally:
+        with suppress(OSError):  # it is not empty
+            folder.rmdir()
+            folder.parent.rmdir()
 
 
 def state_folder() -> Path | None:

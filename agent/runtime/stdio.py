@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import Any, TextIO
 
 from agent.runtime.terminal_text import VisibleStream, VisibleText
+from grounding.instruction_files import encoding_of
 from structdiffusion.simulation.pybullet_import import import_pybullet_silently
 
 __all__ = [
@@ -119,18 +120,22 @@ def lines_as_they_come(stream: TextIO, keep_blank: bool = False) -> Iterator[lis
     """Yield the lines of a stream without their ends, in batches of those available; wait only for the first of a
     batch.
 
-    Bytes that are not text in the stream's encoding become `NO_TEXT`, and of a line longer than
+    A byte order mark decides the encoding. Bytes that are not text in it become `NO_TEXT`, and of a line longer than
     `LONGEST_LINE` only the beginning is kept, so that no input takes memory without end.
 
     Args:
         stream: a text stream over bytes, such as `sys.stdin`.
         keep_blank: also yield blank lines.
     """
-    decoder = io.IncrementalNewlineDecoder(codecs.getincrementaldecoder(stream.encoding)("replace"), translate=True)
-    begun, piece = "", b"more"
+    begun, piece, decoder = "", b"more", None
     while piece:
         piece = stream.buffer.read1(_PIECE)  # type: ignore[union-attr]
-        *whole, begun = (begun + decoder.decode(piece, final=not piece)).split("\n")
+        mark = 0
+        if decoder is None:
+            encoding, mark = encoding_of(piece)
+            encoding = stream.encoding if encoding == "utf-8" and not mark else encoding
+            decoder = io.IncrementalNewlineDecoder(codecs.getincrementaldecoder(encoding)("replace"), translate=True)
+        *whole, begun = (begun + decoder.decode(piece[mark:], final=not piece)).split("\n")
         begun = begun[:LONGEST_LINE]
         if not piece and begun:  # the last line, without an end
             whole.append(begun)

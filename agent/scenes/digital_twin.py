@@ -21,6 +21,7 @@ from agent.perception.overlay import labelled_picture
 from agent.perception.perceive import perceive
 from agent.recordings.load import read_recording
 from agent.recordings.recording import RecordedOptions
+from agent.runtime.output_ownership import OwnFolder
 from agent.scenes.files import PlacedObject
 from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_at
@@ -60,6 +61,7 @@ class RecordedSource:
         called: name of an object -> the noun that the user gave it.
         objects: in the order of their numbers.
         referents: the same, as an instruction can refer to them.
+        pictures: where a picture is written that a question needs; `None` for the temporary folder.
 
     Raises:
         BadInput: for a recording that cannot be read, or without a table or objects.
@@ -68,6 +70,7 @@ class RecordedSource:
     """
 
     catalogue = False
+    pictures: OwnFolder | None = None
 
     def __init__(self, path: Path, options: RecordedOptions = RecordedOptions()) -> None:
         self.recording = read_recording(path, options.reading)
@@ -99,7 +102,7 @@ class RecordedSource:
         unnamed = next((each.name for each in self.objects if each.model.category == UNKNOWN), None)
         if unnamed is not None:
             picture = labelled_picture(self.recording, self.segments)
-            hints.append(how_to_name(self.segments.objects, unnamed, picture))
+            hints.append(how_to_name(self.segments.objects, unnamed, picture, self.pictures))
         return "; ".join(hints)
 
     def _check_nouns(self, selection: Selection | None) -> None:

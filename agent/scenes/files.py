@@ -2,7 +2,7 @@
 
     version: 1                # of this schema; needed
     objects:                  # needed; at most 40
-      - mesh: ycb/025_mug     # needed: LIBRARY/OBJECT, or a .obj, .stl, .ply or .glb file seen from this file's folder
+      - mesh: ycb/025_mug     # needed: LIBRARY/OBJECT, or a mesh FILE (or FILE/NODE) seen from this file's folder
         x: 0.40               # needed: metres away from the arm's mounting point; the table spans 0.18 to 0.72
         y: -0.10              # needed: metres to the arm's left; the table spans -0.45 to 0.45
         yaw: 90               # degrees about z, counter-clockwise seen from above; 0 if it is left out, as all below

@@ -67,12 +67,15 @@ def find_mesh(placed: PlacedObject, folder: Path) -> tuple[ObjectModel, str | Pa
         ObjectError: if there is none, or the name is ambiguous.
     """
     source: str | Path
-    if Path(placed.mesh).suffix.lower() in FORMATS:
-        source = (folder / placed.mesh).resolve()
-        if not source.is_file():
+    inside = Path(placed.mesh)
+    part = inside.name if inside.parent.suffix.lower() in FORMATS else None  # FILE/NODE
+    if part is not None or inside.suffix.lower() in FORMATS:
+        file = (folder / (inside if part is None else inside.parent)).resolve()
+        if not file.is_file():
             raise ObjectError(f"there is no mesh {placed.mesh!r}, seen from {str(folder)!r}")
-        with report_when_slow(f"reading the mesh {str(source)!r}", lambda: source.stat().st_size > SLOW_BYTES):
-            model = object_from_file(source, source.stem, placed.noun)
+        with report_when_slow(f"reading the mesh {str(file)!r}", lambda: file.stat().st_size > SLOW_BYTES):
+            model = object_from_file(file, file.stem if part is None else part, placed.noun, part)
+        source = file if part is None else file / part
     else:
         source, model = placed.mesh, _of_library(placed.mesh)
     color = rgb(placed.color) if placed.color else None
@@ -199,8 +202,8 @@ def _source_of(model: ObjectModel, objects: str) -> str | Path:
     """Return the source of an object from `load_objects(objects)`."""
     if objects in LIBRARIES:  # not `model.source`: some libraries consist of objects of others and more
         return f"{objects}/{model.name}"
-    meshes = sorted(path for path in Path(objects).iterdir() if path.suffix.lower() in FORMATS)
-    return next(path for path in meshes if model.name in (path.name, path.stem)).resolve()
+    assert model.file is not None
+    return model.file.resolve()
 
 
 def lowest_point(model: ObjectModel, pose: np.ndarray) -> float:

@@ -16,38 +16,44 @@ from structdiffusion.data.scene_sampling import DrawnScene, draw_scene, eligible
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 
-_SEVERAL = 4  # objects of a noun that make it worth talking about
-_FEW, _MANY = 2, 3  # of the two nouns of an assortment
+# What the first sentences of the documents ask for, and where: the cups in a small circle on the left, the cans in a tower.
+_SPOKEN_OF = {"cup": 4, "can": 3}
+_ROOM_FOR = StructureSpec("circle", "small", "left")
+_WIDEST = 0.08  # m, radius of what stands there: so many objects have to leave room for a structure
+_SEVERAL = 2  # objects of a noun that make it worth talking about
 
 
 def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: int = 0) -> DrawnScene:
-    """Draw a table for a conversation: a few objects of two nouns where the library has several of them, and one
-    other.
+    """Draw a table for a conversation: where the library has them, four cups and three cans, which the first sentences of
+    the documents ask for, with room for a small circle of the cups on the left; two of another noun; and one other.
 
     Args:
         library: the objects to draw from.
         rng: the only source of chance.
-        turn: which noun has three objects on the table: 0 for the one that the library has most objects of, as a first
-            table is best of something that everybody knows, 1 for the next, and so on in turn.
+        turn: which other noun has two objects on the table: 0 for the one that the library has most objects of, 1 for
+            the next, and so on in turn.
 
     Raises:
         SceneError: if the library has too few objects that fit on the table together.
     """
-    pool = eligible(library, "circle")
-    number = Counter(model.category for model in pool)
-    frequent = [noun for noun, count in number.items() if count >= _SEVERAL]
-    several = sorted(frequent, key=lambda noun: (-number[noun], noun))
-    if len(several) < 2:
-        return draw_scene(library, StructureSpec("line"), rng, distractors=1)
-    first = several[turn % len(several)]
-    second = str(rng.choice([noun for noun in several if noun != first]))
+    pool = [model for model in eligible(library, "circle") if model.radius < _WIDEST]
     some = [pool[i] for i in rng.permutation(len(pool))]
-    these = [model for model in some if model.category == first][:_MANY]
-    these += [model for model in some if model.category == second][:_FEW]
-    others = [model for model in some if model.category not in (first, second)]
-    return draw_scene(
-        [*these, *others], StructureSpec("circle"), rng, categories=(first, second), count=len(these), distractors=1
-    )
+    number = Counter(model.category for model in some)
+    if any(number[noun] < count for noun, count in _SPOKEN_OF.items()):
+        return draw_scene(library, StructureSpec("line"), rng, distractors=1)
+    further = sorted((noun for noun in number if noun not in _SPOKEN_OF), key=lambda noun: (-number[noun], noun))
+    several = [noun for noun in further if number[noun] >= _SEVERAL]
+    wanted = dict(_SPOKEN_OF)
+    if several:
+        wanted[several[turn % len(several)]] = _SEVERAL
+    these = [model for noun, count in wanted.items() for model in _first(some, noun, count)]
+    others = [model for model in some if model.category not in wanted][:1]
+    cups = [model for model in these if model.category == "cup"]
+    return draw_scene([*these, *others], _ROOM_FOR, rng, members=cups)
+
+
+def _first(models: Sequence[ObjectModel], noun: str, count: int) -> list[ObjectModel]:
+    return [model for model in models if model.category == noun][:count]
 
 
 def drawn_scene(objects: str, shape: str | None, seed: int, folder: Path) -> list[PlacedObject]:

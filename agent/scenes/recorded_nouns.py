@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import tempfile
 from collections.abc import Mapping, Sequence
 
@@ -12,8 +13,11 @@ from agent.perception.nouns.recognition import HOW_TO_GET, nouns_available
 from agent.perception.report import taken_for
 from agent.perception.segments import Segment
 from agent.rendering.text import with_indefinite_article
+from agent.runtime.output_ownership import OwnFolder
 from grounding.references.lexicon import meanings
 from grounding.references.selection import Selection
+
+_PICTURE = "objects.png"
 
 
 def taken_nouns(found: Sequence[Segment], called: Mapping[str, str]) -> list[str]:
@@ -49,8 +53,17 @@ def doubts(found: Sequence[Segment], called: Mapping[str, str], selection: Selec
     return doubtful
 
 
-def how_to_name(found: Sequence[Segment], unnamed: str, picture: np.ndarray) -> str:
-    """Say what the unnamed objects may be, where a picture (H, W, 3) of all with their numbers lies, and what to do."""
+def how_to_name(
+    found: Sequence[Segment], unnamed: str, picture: np.ndarray, place: OwnFolder | None = None
+) -> str:
+    """Say what the unnamed objects may be, where a picture (H, W, 3) of all with their numbers lies, and what to do.
+
+    Args:
+        found: the objects.
+        unnamed: the name of one without a noun.
+        picture: with the numbers of all.
+        place: where the picture is written; `None` for the temporary folder.
+    """
     likely = [
         f"{each.name} may be {with_indefinite_article(noun)} ({share:.2f})"
         for each in found
@@ -59,7 +72,7 @@ def how_to_name(found: Sequence[Segment], unnamed: str, picture: np.ndarray) -> 
     ]
     how = f"--call '{unnamed}=cup' says what an object is"
     advice = () if nouns_available() else (HOW_TO_GET.split(";")[0],)
-    return "; ".join((*likely, f"the objects are numbered in {_written(picture)}", *advice, how))
+    return "; ".join((*likely, f"the objects are numbered in {_written(picture, place)}", *advice, how))
 
 
 def _asked(selection: Selection) -> list[str]:
@@ -67,8 +80,12 @@ def _asked(selection: Selection) -> list[str]:
     return [words.split()[-1] for words in (*selection.named, *selection.excluded) if words.split()]
 
 
-def _written(picture: np.ndarray) -> str:
+def _written(picture: np.ndarray, place: OwnFolder | None) -> str:
     """Write a picture where it stays after the process has ended; return its path."""
-    with tempfile.NamedTemporaryFile(prefix="structagent-objects-", suffix=".png", delete=False) as file:
-        Image.fromarray(picture).save(file, "png")
-    return file.name
+    content = io.BytesIO()
+    Image.fromarray(picture).save(content, "png")
+    if place is None:
+        with tempfile.NamedTemporaryFile(prefix="structagent-objects-", suffix=".png", delete=False) as file:
+            file.write(content.getvalue())
+        return file.name
+    return str(place.write(_PICTURE, content.getvalue()))

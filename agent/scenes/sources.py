@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -23,7 +24,7 @@ from agent.scenes.validation import StandingObject
 from agent.scenes.workcell import Workcell
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
-from structdiffusion.limits import SLOW_BYTES
+from structdiffusion.limits import FOLDER_FILES, SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
 
 if TYPE_CHECKING:
@@ -99,7 +100,8 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
 
 
 def _has_much_to_read(folder: Path) -> bool:
-    return folder.is_dir() and sum(file.stat().st_size for file in folder.iterdir()) > SLOW_BYTES
+    files = islice(folder.rglob("*"), FOLDER_FILES)
+    return folder.is_dir() and sum(file.stat().st_size for file in files if file.is_file()) > SLOW_BYTES
 
 
 class DrawnSource:

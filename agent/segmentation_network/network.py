@@ -6,7 +6,6 @@ take longer than everything else that perception does.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +16,8 @@ import numpy as np
 from agent.errors import BadInput
 from agent.segmentation_network import WEIGHTS
 from agent.segmentation_network.features import CHANNELS
+from grounding.untrusted_files import check_weights, read_json
+from structdiffusion.limits import WEIGHTS_BYTES
 
 KIND = "segmentation"
 CLASSES = 3  # beside the table, table, object
@@ -70,7 +71,8 @@ class SegmentationNetwork:
         from safetensors.numpy import load_file
 
         try:
-            kind = json.loads((folder / "config.json").read_text(encoding="utf-8"))["kind"]
+            check_weights(folder / "model.safetensors", WEIGHTS_BYTES)
+            kind = read_json(folder / "config.json")["kind"]
             if kind != KIND:
                 raise ValueError(f"its kind is {kind!r}; legal: {KIND}")
             return cls(load_file(folder / "model.safetensors"))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from agent import __version__
+from agent.runtime.jsonl_journal import locked_folder
 from agent.runtime.progress import progress
 from structdiffusion.parallel import WorkerError
 
@@ -53,7 +54,7 @@ def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -
         ray: address of a Ray cluster that does the work (see `agent.runtime.ray_cluster`); `None` for this machine.
 
     Raises:
-        UsageError: if the cluster cannot be used.
+        UsageError: if the cluster cannot be used, or another process writes into the folder.
         DataFolderError: if the folder holds other data.
         WorkerError: if workers died; all other pieces are written, and the same command resumes.
     """
@@ -67,6 +68,7 @@ def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -
 
     models = load_objects(config.objects)
     with ExitStack() as stack:
+        stack.enter_context(locked_folder(config.out, "structagent generate"))
         count = stack.enter_context(ray_cluster(ray, workers)) if ray else workers or os.cpu_count() or 1
         how = {"seed": config.seed, "workers": count, "ray": ray is not None}
         steps = {
@@ -74,13 +76,13 @@ def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -
             "groups of pairs": generate_pairs(models, config.out, config.pairs, **how),
         }
         lost = [error for what, step in steps.items() if (error := _follow(what, step)) is not None]
-    if lost:  # the datasheet is about all of it
-        raise WorkerError("; ".join(map(str, lost)))
-    if not (config.out / "language.npz").is_file():
-        print("embedding sentences, which takes a minute or two", file=sys.stderr)
-        write_language(config.out, SentenceEncoder(), config.seed)
-    about = {"version": __version__, "command": config.command, "library": config.objects, "seed": config.seed}
-    sheet = write_datasheet(config.out, models, about)
+        if lost:  # the datasheet is about all of it
+            raise WorkerError("; ".join(map(str, lost)))
+        if not (config.out / "language.npz").is_file():
+            print("embedding sentences, which takes a minute or two", file=sys.stderr)
+            write_language(config.out, SentenceEncoder(), config.seed)
+        about = {"version": __version__, "command": config.command, "library": config.objects, "seed": config.seed}
+        sheet = write_datasheet(config.out, models, about)
     counted = f"{sheet['scenes']} scenes, {sheet['pairs']['pairs']} pairs and {sheet['sentences']} sentences"
     print(f"{counted} in {config.out}; see {config.out / SHEET_TEXT}")
 

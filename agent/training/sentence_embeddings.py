@@ -12,6 +12,7 @@ import numpy as np
 from grounding.corpus.grammar import CORPUS_SHAPES, OBJECT_WORDS, all_sentences
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import SHAPES
+from structdiffusion.data.npz_files import save_arrays
 from structdiffusion.word_tokens import word_ids
 
 # Users name the objects where the corpus says "objects"; each noun shifts the embedding a little.
@@ -35,10 +36,6 @@ def write_language(folder: str | Path, encoder: SentenceEncoder, seed: int = 0) 
             texts.append(text.replace(f" {general}", f" {rng.choice(_NOUNS)}", 1))
             words.append(word_ids(spec))
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    np.savez_compressed(
-        folder / "language.npz",
-        embeddings=encoder.encode(texts).astype(np.float16),
-        words=np.array(words, dtype=np.int8),
-    )
+    arrays = {"embeddings": encoder.encode(texts).astype(np.float16), "words": np.array(words, dtype=np.int8)}
+    save_arrays(folder / "language.npz", arrays)
     return len(texts)

@@ -64,7 +64,7 @@ def train_model(run: TrainingRun) -> None:
     """Train a network, or resume its training; print every row of the log.
 
     Raises:
-        UsageError: for a device or a precision that is not available.
+        UsageError: for a device or a precision that is not available, or a folder that another process writes into.
         FileNotFoundError: if a file of the data is missing.
         DataFolderError: if a file of the data is torn.
         CheckpointError: if the earlier run in the folder cannot be resumed.
@@ -75,12 +75,13 @@ def train_model(run: TrainingRun) -> None:
         raise UsageError(
             f"--precision cannot be {run.precision!r} for {run.kind!r}, which resolves millimetres; legal: {FLOAT32}"
         )
-    if run.devices == 1:
-        _train(run, device)
-    else:
-        from structdiffusion.training.distributed import in_processes
+    with locked_folder(run.out, "structagent train"):
+        if run.devices == 1:
+            _train(run, device)
+        else:
+            from structdiffusion.training.distributed import in_processes
 
-        in_processes(_train_together, run.devices, run, device.type)
+            in_processes(_train_together, run.devices, run, device.type)
 
 
 def chosen_device(name: str) -> torch.device:

@@ -41,6 +41,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
 from grounding.parse_result import shortened
 from grounding.references.attributes import SceneObject
+from grounding.references.object_names import as_named
 from grounding.references.phrases import ANY
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
@@ -89,6 +90,7 @@ def revise_goal(
         declined: whether it was proposed and is no longer wanted. An instruction about other objects takes the place
             of a goal that was built or declined, and adds to one that is still to be built.
     """
+    text = as_named(text, [each.name if isinstance(each, SceneObject) else each for each in objects])
     text = in_full(without_interjections(text), last) if last.parts else text
     said = GoalText(text[: _LONGEST_CORRECTION + 1], last, objects, encoder)  # type: ignore[arg-type]
     turn = without_waived(Turn(last, text, said, reader, stands, built, not built and not declined))

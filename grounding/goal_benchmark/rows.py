@@ -74,7 +74,7 @@ def load_goal_rows(path: str | Path) -> list[GoalRow]:
     Raises:
         BenchmarkError: for a line that is not a row; OSError for a file that cannot be read.
     """
-    rows = [_row(line, f"{path}, line {number}") for number, line in read_lines(path)]
+    rows = [_row(line, where) for where, line in read_lines(path)]
     if not rows:
         raise BenchmarkError(f"{path} holds no row; a row is a JSON object with {', '.join(KEYS)}")
     return rows

@@ -8,10 +8,9 @@ weight of it is a whole number of these steps, and a half. Biases and other shor
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
-from safetensors.numpy import save_file
+from safetensors.numpy import save
 
 CODES, STEP = ".codes", ".step"
 LEGAL_BITS = (2, 4, 8)
@@ -46,9 +45,9 @@ def packed(own: Arrays, base: Arrays, bits: int) -> dict[str, np.ndarray]:
     return stored
 
 
-def save_packed(own: Arrays, base: Arrays, bits: int, path: Path) -> None:
-    """Write a network as its difference to another one; the file's metadata has the number of bits."""
-    save_file(packed(own, base, bits), path, {"bits": str(bits)})
+def packed_bytes(own: Arrays, base: Arrays, bits: int) -> bytes:
+    """Return the file of a network as its difference to another one; its metadata has the number of bits."""
+    return save(packed(own, base, bits), {"bits": str(bits)})
 
 
 def unpacked(stored: Arrays, base: Arrays) -> dict[str, np.ndarray]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from grounding.goal_reading.tokens import words_of
 from grounding.linear_algebra import one_thread
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
 from grounding.references.attributes import SceneObject
+from grounding.untrusted_files import check_weights, read_json
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder, WordStates
@@ -101,7 +101,8 @@ class NetworkWriter:
         from safetensors import SafetensorError
 
         try:
-            config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+            check_weights(folder / "model.safetensors")
+            config = read_json(folder / "config.json")
             state = unpacked(load_file(folder / "model.safetensors"), _base_of(config, encoder))
             if config["keywords"] != list(KEYWORDS):
                 raise GoalNetworkError(f"the goal network in {folder} was trained with other keywords")

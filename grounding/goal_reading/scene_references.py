@@ -109,7 +109,7 @@ class SceneReferences:
         try:
             found = self.fitting(phrase)
         except PlaceError as error:
-            raise ReadingError(str(error)) from error
+            raise ReadingError(f"{error}, so that {phrase.text!r} cannot be told from the others") from error
         too_few = mention.exact and mention.count is not None and len(found) < mention.count and not self.catalogue
         if not found or too_few:
             raise ReadingError(self._missing(phrase))

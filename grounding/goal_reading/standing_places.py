@@ -10,7 +10,7 @@ from grounding.references.attributes import MEASURES, SUPERLATIVES, SceneObject
 
 
 class PlaceError(ValueError):
-    """It is not known where objects stand."""
+    """It is not known where objects stand, or how large they are."""
 
 
 class StandingPlaces:
@@ -32,7 +32,7 @@ class StandingPlaces:
         """
         attributes = self._objects[index].attributes
         if attributes is None or attributes.position is None:
-            raise PlaceError("it is not known where the objects stand, so that none can be chosen by its place")
+            raise PlaceError("it is not known where the objects stand")
         x, y = attributes.position
         return self._sign * x, self._sign * y
 
@@ -115,6 +115,6 @@ class StandingPlaces:
         measure = MEASURES[word]
         sizes = [attributes.size for i in (one, other) if (attributes := self._objects[i].attributes) is not None]
         if len(sizes) < 2 or None in sizes:
-            raise PlaceError(f"it is not known how large the objects are, so that none can be chosen by its {word!r}")
+            raise PlaceError(f"it is not known how large the objects are, and {word!r} compares them")
         first, second = (measure.of(size) for size in sizes if size is not None)
         return first > second if measure.sign > 0 else first < second

@@ -24,7 +24,8 @@ from grounding.goals.parts import (
 from grounding.llm_goals.checks import phrases_of
 from grounding.llm_goals.lines import NO_GOAL, Said
 from grounding.parsers.llm import MAX_BYTES
-from grounding.parsers.llm_endpoint import EndpointLLM, json_object, shares_secret
+from grounding.parsers.llm_endpoint import EndpointLLM
+from grounding.parsers.llm_json import json_object, shares_secret
 from grounding.parsers.llm_reply import quotable
 from grounding.spec import LEGAL_VALUES, X_POSITIONS, Y_POSITIONS
 from prompts import load_prompt

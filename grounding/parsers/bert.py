@@ -7,6 +7,7 @@ encoder.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,7 +180,7 @@ class Bert:
     """A network from word pieces to hidden states.
 
     Attributes:
-        words: (pieces, width) float32, a state of each word piece.
+        words: (pieces, width) float32, a state of each word piece; of a file in float32, only what is used is read.
         positions: (longest, width) float32, added to the states by their place; with BERT's mark of the first sentence.
         normalise: the normalisation before the first layer.
         layers: in their order.
@@ -244,8 +245,25 @@ class Bert:
                     Normalisation(*pair(f"{output}.LayerNorm", width)),
                 )
 
-            words = tensor("embeddings.word_embeddings.weight", config["vocab_size"], width)
+            name = "embeddings.word_embeddings.weight"
+            words = _mapped(path, name, (config["vocab_size"], width))
+            words = tensor(name, config["vocab_size"], width) if words is None else words
             positions = tensor("embeddings.position_embeddings.weight", config["max_position_embeddings"], width)
             first = tensor("embeddings.token_type_embeddings.weight", config.get("type_vocab_size", 2), width)[0]
             normalise = Normalisation(*pair("embeddings.LayerNorm", width))
             return cls(words, positions + first, normalise, [layer(f"encoder.layer.{i}") for i in range(count)])
+
+
+def _mapped(path: Path, name: str, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Return a tensor of a checkpoint that safetensors has opened, read where it is used; `None` if it is not there as
+    float32 in this shape.
+
+    A sentence uses a few of thirty thousand rows, which take half of a small network's memory.
+    """
+    with path.open("rb") as file:
+        length = int.from_bytes(file.read(8), "little")
+        entry = json.loads(file.read(length)).get(name)
+    if entry is None or entry["dtype"] != "F32" or tuple(entry["shape"]) != shape:
+        return None
+    start = 8 + length + entry["data_offsets"][0]
+    return np.asarray(np.memmap(path, dtype="<f4", mode="r", offset=start, shape=shape))

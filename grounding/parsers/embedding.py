@@ -6,7 +6,6 @@ parser reads the encoder's contextual word states and lets attention pick the te
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +17,7 @@ from grounding.parse_result import Parse, decide, unreadable
 from grounding.parsers.sentence_encoder import EMBEDDING_WIDTH, MAX_TOKENS, SentenceEncoder
 from grounding.parsers.spelling import Mended, mend
 from grounding.spec import FIRST_SHAPES, SHAPES, SLOTS
+from grounding.untrusted_files import check_weights, read_json
 
 if TYPE_CHECKING:
     from grounding.parsers.named_encoder import NamedEncoder
@@ -90,7 +90,8 @@ class EmbeddingParser:
                 raise ParserWeightsError(f"no parser weights in {folder}: {name} is missing")
         encoder = encoder or SentenceEncoder()
         try:
-            config = json.loads((folder / "config.json").read_text())
+            check_weights(folder / "model.safetensors")
+            config = read_json(folder / "config.json")
             width = config.get("width", EMBEDDING_WIDTH)
             shapes = config.get("shapes", FIRST_SHAPES)
             if unknown := [shape for shape in shapes if shape not in SHAPES]:
@@ -100,7 +101,7 @@ class EmbeddingParser:
             layer = None if config["encoder_layer"] is None else int(config["encoder_layer"])
             temperatures = {question: float(config["temperatures"][question]) for question in QUESTIONS}
             checksum = config["encoder_sha256"]
-        except (ValueError, KeyError, TypeError, RuntimeError, SafetensorError) as error:
+        except (OSError, ValueError, KeyError, TypeError, RuntimeError, AttributeError, SafetensorError) as error:
             reason = " ".join(str(error).split())
             raise ParserWeightsError(f"the parser weights in {folder} do not fit: {reason}") from error
         if encoder.checksum != checksum:

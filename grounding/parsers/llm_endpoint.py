@@ -1,32 +1,38 @@
 """Ask a language model behind an OpenAI-compatible address for JSON, and accept only legal answers.
 
-What the server may cost is bounded: two answers, a time and a size for each. The key comes from the
+What the server may cost is bounded: two answers, a time and a size for each, and three waits. The key comes from the
 environment alone. Messages repeat only plain words of the server that share nothing with a secret.
 """
 
 from __future__ import annotations
 
 import base64
+import difflib
 import json
 import os
 import re
-from collections.abc import Callable, Collection
+import time
+from collections.abc import Callable
 from typing import Any, TypeVar
 from urllib.parse import parse_qsl, unquote, urlsplit, urlunsplit
 
-from grounding.parsers.llm_exchange import Exchange, ExchangeError
+from grounding.parsers.llm_completion import Completion, CompletionError, read_completion
+from grounding.parsers.llm_dialect import BUSY, LONGEST_WAIT, Dialect, about_the_model, error_field, seconds_to_wait
+from grounding.parsers.llm_exchange import Answer, Exchange, ExchangeError
+from grounding.parsers.llm_json import brief, read_answers, shares_secret
 from grounding.parsers.llm_reply import ANSWERS, NONE, IllegalReplyError, LLMError, Reply, certain
 
 _Read = TypeVar("_Read")
 KEY_VARIABLE = "STRUCTAGENT_LLM_KEY"
 # The other tools' key is sent where it belongs, and not to whatever address is tried out here.
 OPENAI_KEY_VARIABLE, OPENAI = "OPENAI_API_KEY", "https://api.openai.com"
-MAX_ANSWER_BYTES = 64 * 1024
+MAX_ANSWER_BYTES = 512 * 1024  # thoughts of the larger budget, several times over, as some servers repeat them
 MAX_ANSWER_TOKENS = 200
-MAX_CONTENT = 12_000  # characters of what the model says
+# What a model may think before its answer, in tokens; and how much more it gets where that was not enough.
+REASONING_TOKENS, MORE = 2000, 4
 TRIES = 2
-# Servers that do not know a JSON schema answer with one of these.
-_SCHEMA_REFUSED = (400, 404, 415, 422, 501)
+WAITS = 3
+MAX_MODELS = 8  # that a message lists
 _AS_JSON = (
     "Answer with one JSON object and nothing else, null for NONE, in this form:\n"
     '{"request": "build", "shape": "circle", "size": null, "x_position": "left", "y_position": null, '
@@ -52,6 +58,8 @@ class EndpointLLM:
         connect_seconds: how long a connection may take.
         answer_seconds: how long one answer may take, from the connection to its last byte.
         send_key: whether the server may have the key; not where the address is somebody else's choice.
+        report: takes a sentence when a busy server is waited for.
+        wait: waits for a number of seconds.
 
     Raises:
         LLMError: for an invalid address or key. The server is first contacted with the first instruction.
@@ -64,8 +72,10 @@ class EndpointLLM:
         url: str,
         model: str,
         connect_seconds: float = 5.0,
-        answer_seconds: float = 30.0,
+        answer_seconds: float = 60.0,
         send_key: bool = True,
+        report: Callable[[str], None] = lambda _: None,
+        wait: Callable[[float], None] = time.sleep,
     ) -> None:
         self._url, self.shown_url = _addresses(url)
         self.model = model
@@ -78,7 +88,8 @@ class EndpointLLM:
         headers = {"Accept-Encoding": "identity"} | ({"Authorization": f"Bearer {key}"} if key else {})
         self._exchange = Exchange(self._url, headers, connect_seconds, answer_seconds, MAX_ANSWER_BYTES)
         self.secrets = _secrets(self._url, key)
-        self._knows_schema = True
+        self.dialect = Dialect()
+        self._report, self._wait = report, wait
 
     def ask(self, prompt: str, text: str) -> Reply:
         """Ask the model about one instruction; an answer that is not legal is asked for once more."""
@@ -96,7 +107,7 @@ class EndpointLLM:
             task: what the model is told first.
             text: the instruction, as `quotable` gives it.
             schema: a name, and the JSON schema for servers that take one.
-            most_tokens: of an answer.
+            most_tokens: of an answer, without what the model thinks before it.
             read: reads the model's text, and raises a `ValueError` that says what is not legal in it.
 
         Raises:
@@ -105,52 +116,84 @@ class EndpointLLM:
         body = {
             "model": self.model,
             "messages": [{"role": "system", "content": task}, {"role": "user", "content": f'Instruction: "{text}"'}],
-            "temperature": 0,
-            "max_tokens": most_tokens,
         }
-        problem = ""
+        form = {"type": "json_schema", "json_schema": {"name": schema[0], "strict": True, "schema": schema[1]}}
+        budget, problem = most_tokens + REASONING_TOKENS, ""
         for _ in range(TRIES):
-            content = self._answer(body, schema)
+            said = self._completion(body, budget, form)
             try:
-                return read(content)
+                return read(said.text)
             except ValueError as error:
                 problem = str(error)
+            if said.refused or said.finish not in ("", "stop", "length"):
+                end = "" if said.refused else f" (finish_reason {brief(said.finish, self.secrets)})"
+                raise IllegalReplyError(str(self._error(f"declined to answer{end}: {problem}")))
+            if said.finish == "length":
+                problem = f'{budget} tokens were not enough for it to think and to answer (finish_reason "length")'
+                budget *= MORE
         raise IllegalReplyError(str(self._error(f"gave no legal answer in {TRIES} tries: {problem}")))
 
-    def _answer(self, body: dict[str, Any], schema: tuple[str, dict[str, Any]]) -> str:
-        """Return the model's answer; retry without a JSON schema if the server does not support one."""
-        if self._knows_schema:
-            described = {"name": schema[0], "strict": True, "schema": schema[1]}
-            status, answer = self._post(
-                body | {"response_format": {"type": "json_schema", "json_schema": described}}
-            )
-            if status == 200:
-                return self._content(answer)
-        if not self._knows_schema or status in _SCHEMA_REFUSED:
-            status, answer = self._post(body)
-            if status == 200:
-                self._knows_schema = False
-                return self._content(answer)
-        raise self._error(_meaning(status, self._withheld))
+    def _completion(self, body: dict[str, Any], budget: int, form: dict[str, Any]) -> Completion:
+        """Return what the model says, with the parameters that its server takes."""
+        dialect: Dialect | None = self.dialect
+        while dialect is not None:
+            answer = self._post(body | dialect.body(budget, form))
+            if answer.status == 200:
+                try:
+                    said = read_completion(answer.body)
+                except CompletionError as error:
+                    # A server that is broken in itself will be no better at a second try; a model may be.
+                    raise self._error(str(error)) from error
+                self.dialect = dialect
+                return said
+            dialect = dialect.after(answer.status, answer.text)
+        raise self._error(_meaning(answer.status, self._withheld) + self._which_models(answer))
 
-    def _post(self, body: dict[str, Any]) -> tuple[int, bytes]:
-        try:
-            return self._exchange.post(body)
-        except ExchangeError as error:
-            raise self._error(str(error)) from error
+    def _post(self, body: dict[str, Any]) -> Answer:
+        """Return the server's answer; wait for a server that is busy."""
+        for tries in range(WAITS + 1):
+            try:
+                answer = self._exchange.post(body)
+            except ExchangeError as error:
+                raise self._error(str(error)) from error
+            if answer.status not in BUSY or "quota" in error_field(answer.text, "code"):
+                return answer
+            seconds = seconds_to_wait(answer.headers, tries)
+            if seconds > LONGEST_WAIT:
+                raise self._error(
+                    f"is busy (status {answer.status}) and asks to wait for {seconds:.0f} s, which is longer than "
+                    f"{LONGEST_WAIT:.0f} s"
+                )
+            if tries < WAITS:
+                self._report(str(self._error(f"is busy (status {answer.status}); waiting for {seconds:.0f} s")))
+                self._wait(seconds)
+        raise self._error(f"is still busy (status {answer.status}) after {WAITS} waits")
 
-    def _content(self, answer: bytes) -> str:
-        """Return the model's text from the server's answer."""
+    def _which_models(self, answer: Answer) -> str:
+        """Name the server's models where a refusal may be about the model; nothing where the server has this one."""
+        said_so = about_the_model(answer.status, answer.text)
+        if answer.status not in (400, 404, 422) and not said_so:
+            return ""
+        otherwise = "; --llm-model names the model, and the server says that it has none of this name"
         try:
-            content = json.loads(answer, object_pairs_hook=_once)["choices"][0]["message"]["content"]
-        except _GivenTwice as error:
-            raise self._error("answered with a JSON object in which a key is given twice") from error
-        except (ValueError, LookupError, TypeError, RecursionError):
-            content = None
-        # A server that is broken in itself will be no better at a second try; a model may be.
-        if not isinstance(content, str):
-            raise self._error("answered with something else than a chat completion")
-        return content
+            listed = json.loads(self._exchange.get(_models_address(self._url)).body)
+            names = [each["id"] for each in listed["data"]]
+        except (ExchangeError, ValueError, LookupError, TypeError, RecursionError):
+            return otherwise if said_so else ""
+        names = [name for name in names if self._may_be_shown(name)]
+        if self.model in names or not names:
+            return otherwise if said_so and not names else ""
+        near = difflib.get_close_matches(self.model, names, MAX_MODELS)
+        shown = [*near, *(name for name in names if name not in near)][:MAX_MODELS]
+        more = f" and {len(names) - len(shown)} more" if len(names) > len(shown) else ""
+        return f"; it lists no model of this name; name one of its models with --llm-model: {', '.join(shown)}{more}"
+
+    def _may_be_shown(self, name: object) -> bool:
+        return (
+            isinstance(name, str)
+            and re.fullmatch(r"[\w./:@+-]{1,80}", name, re.ASCII) is not None
+            and not any(shares_secret(name, secret) for secret in self.secrets)
+        )
 
     def _error(self, what: str) -> LLMError:
         return LLMError(f"the language model {self.model!r} at {self.shown_url} {what}")
@@ -183,84 +226,6 @@ def same_host(url: str, other: str) -> bool:
     )
 
 
-class _GivenTwice(ValueError):
-    """A JSON object that contains a key twice: readers differ in which of the two values counts."""
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise _GivenTwice("it gives a key twice in one JSON object")
-    return found
-
-
-def json_object(content: str) -> dict[str, Any]:
-    """Find the one JSON object in a model's reply, whatever is around it.
-
-    Raises:
-        ValueError: for none or several, a key that is given twice, or a reply that is too long.
-    """
-    if len(content) > MAX_CONTENT:
-        raise ValueError(f"it is {len(content)} characters long")
-    found = []
-    decoder = json.JSONDecoder(object_pairs_hook=_once)
-    at = content.find("{")
-    while at >= 0:
-        try:
-            value, end = decoder.raw_decode(content, at)
-            found.append(value)
-        except _GivenTwice:
-            raise
-        except (ValueError, RecursionError):
-            end = at + 1
-        at = content.find("{", end)
-    if len(found) != 1:
-        raise ValueError(f"it holds {'several JSON objects' if found else 'no JSON object'}")
-    return found[0]
-
-
-def read_answers(content: str, secrets: Collection[str] = ()) -> dict[str, str]:
-    """Read question -> legal answer from a model's reply: one JSON object, whatever is around it.
-
-    Args:
-        content: what it said.
-        secrets: what no message may hold, in any spelling.
-
-    Raises:
-        ValueError: for none or several objects, or anything in it that is not legal.
-    """
-    said = json_object(content)
-    if set(said) != set(ANSWERS):
-        wrong = sorted(set(said) ^ set(ANSWERS))[0]
-        raise ValueError(f"{_brief(wrong, secrets)} is {'missing' if wrong in ANSWERS else 'no question'}")
-    for question, answer in said.items():
-        if answer is None and NONE in ANSWERS[question]:
-            said[question] = NONE
-        elif not isinstance(answer, str) or answer not in ANSWERS[question] or answer == NONE:
-            raise ValueError(f"{question} cannot be {_brief(answer, secrets)}")
-    return said
-
-
-def _brief(value: object, secrets: Collection[str]) -> str:
-    """Format a value of the model for a message, verbatim only if it is a few plain words without a secret."""
-    if value is None or isinstance(value, bool):
-        return json.dumps(value)
-    if isinstance(value, str):
-        words = " ".join(value.split())
-        if re.fullmatch(r"[A-Za-z_ ]{1,30}", words) and not any(shares_secret(words, secret) for secret in secrets):
-            return json.dumps(words)
-        return f"a text of {len(value)} characters"
-    return {list: "a list", dict: "an object"}.get(type(value), "a number")
-
-
-def shares_secret(words: str, secret: str) -> bool:
-    """Return whether the words have four letters in a row that the secret has too, forwards or backwards."""
-    said, hidden = (re.sub(r"[^a-z]", "", text.lower()) for text in (words, secret))
-    run = min(4, len(hidden))
-    pieces = (said[at : at + run] for at in range(len(said) - run + 1))
-    return run > 0 and any(piece in hidden or piece in hidden[::-1] for piece in pieces)
-
-
 def _secrets(url: str, key: str) -> frozenset[str]:
     """Return the key, and the user, password and query of an address, also in their encoded forms."""
     parts = urlsplit(url)
@@ -280,7 +245,14 @@ def _meaning(status: int, withheld: str | None) -> str:
         )
     if status in (401, 403):
         return f"wants a valid key (status {status}); set {KEY_VARIABLE}"
+    if status == 429:
+        return "has no quota left for this key (status 429)"
     return f"answered with status {status}"
+
+
+def _models_address(url: str) -> str:
+    parts = urlsplit(url)
+    return urlunsplit(parts._replace(path=parts.path.removesuffix("/chat/completions") + "/models"))
 
 
 def _addresses(url: str) -> tuple[str, str]:

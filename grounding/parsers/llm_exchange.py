@@ -5,16 +5,37 @@ from __future__ import annotations
 import socket
 import ssl
 import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import httpx
 
 
 THREAD = "language model exchange"
+MAX_REFUSAL_BYTES = 16 * 1024  # what a refusal says after that is left out
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a server answers.
+
+    Attributes:
+        status: 200, or that of a refusal.
+        body: its bytes; of a refusal the first `MAX_REFUSAL_BYTES`.
+        headers: with names in lower case.
+    """
+
+    status: int
+    body: bytes
+    headers: Mapping[str, str]
+
+    @property
+    def text(self) -> str:
+        """Decode the body."""
+        return self.body.decode("utf-8", "replace")
 
 
 class ExchangeError(Exception):
@@ -22,13 +43,13 @@ class ExchangeError(Exception):
 
 
 class Exchange:
-    """A sender of JSON to one address.
+    """A sender of JSON to one server.
 
     A server can send header after header, or one `100 Continue` after another, and every byte would begin a
     library's time-out anew. So the exchange runs in a thread, whose sockets are shut down when the time is over.
 
     Args:
-        url: the address.
+        url: the address for questions.
         headers: sent with every question.
         connect_seconds: how long a connection may take.
         answer_seconds: how long all of it may take, from looking up the name to the answer's last byte.
@@ -47,18 +68,25 @@ class Exchange:
         self._connect_seconds, self._answer_seconds = connect_seconds, answer_seconds
         self._sockets: list[socket.socket] = []
 
-    def post(self, body: dict[str, Any]) -> tuple[int, bytes]:
-        """Post a request; return the status, and the bytes of the answer where that is 200.
+    def post(self, body: dict[str, Any]) -> Answer:
+        """Post a request.
 
         Raises:
             ExchangeError: for a server that cannot be reached, is not trusted, is too slow or says too much.
         """
+        return self._ask("POST", self._url, {"json": body})
+
+    def get(self, url: str) -> Answer:
+        """Ask for another address of the same server; errors as in `post`."""
+        return self._ask("GET", url, {})
+
+    def _ask(self, method: str, url: str, content: dict[str, Any]) -> Answer:
         given_up = threading.Event()
-        outcome: list[tuple[int, bytes] | Exception] = []
+        outcome: list[Answer | Exception] = []
 
         def work() -> None:
             try:
-                outcome.append(self._post(body, given_up))
+                outcome.append(self._talk(method, url, content, given_up))
             except Exception as error:  # raised in the thread that asked
                 outcome.append(error)
 
@@ -76,7 +104,7 @@ class Exchange:
             raise outcome[0]
         return outcome[0]
 
-    def _post(self, body: dict[str, Any], given_up: threading.Event) -> tuple[int, bytes]:
+    def _talk(self, method: str, url: str, content: dict[str, Any], given_up: threading.Event) -> Answer:
         import httpx
 
         def trace(event: str, info: dict[str, Any]) -> None:
@@ -88,14 +116,16 @@ class Exchange:
 
         received = b""
         try:
-            with self._client.stream("POST", self._url, json=body, extensions={"trace": trace}) as response:
-                if response.status_code != 200:
-                    return response.status_code, b""
+            with self._client.stream(method, url, extensions={"trace": trace}, **content) as response:
+                refused = response.status_code != 200
+                headers = {name.lower(): value for name, value in response.headers.items()}
                 for piece in response.iter_raw():  # not unpacked: small bytes could become large ones
                     received += piece
+                    if refused and len(received) >= MAX_REFUSAL_BYTES:
+                        break
                     if len(received) > self._most_bytes:
                         raise ExchangeError(f"answered with more than {self._most_bytes // 1024} KiB")
-                return 200, received
+                return Answer(response.status_code, received[: MAX_REFUSAL_BYTES if refused else None], headers)
         except httpx.ConnectTimeout as error:
             raise ExchangeError(f"could not be reached within {self._connect_seconds:g} s") from error
         except httpx.TimeoutException as error:

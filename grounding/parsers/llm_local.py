@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from grounding.parsers.llm_model import DEFAULT_NAME, checksum, default_folder, find_folder, load_model
 from grounding.parsers.llm_reply import ANSWERS, BUILD, LLMError, Reply
 from grounding.parsers.spelling import mend
+from grounding.untrusted_files import check_weights
 
 if TYPE_CHECKING:
     import torch
@@ -91,13 +92,14 @@ def read_adapter(path: Path) -> Adapter:
     if not path.is_file():
         raise LLMError(f"no adapter of the language model at {path}")
     try:
+        check_weights(path)
         with safe_open(path, "pt") as file:
             about = file.metadata() or {}
             names = sorted({name.rpartition(".")[0] for name in file.keys()})  # noqa: SIM118 - no mapping
             matrices = {n: (file.get_tensor(f"{n}.a"), file.get_tensor(f"{n}.b")) for n in names}
         temperatures = {question: float(json.loads(about["temperatures"])[question]) for question in ANSWERS}
         return Adapter(matrices, temperatures, float(about["build_bias"]), about["model"], checksum(path))
-    except (SafetensorError, KeyError, TypeError, ValueError) as error:
+    except (OSError, SafetensorError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise LLMError(f"the adapter {path} does not fit: {error}") from error
 
 

@@ -10,11 +10,11 @@ import io
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grounding.atomic_files import unfinished_folder
 from grounding.parsers.llm_reply import LLMError
 from grounding.parsers.model_files import ModelFilesError, fetch, first_line, names_code
 
@@ -168,36 +168,31 @@ def _convert(gguf: Path, folder: Path) -> None:
 
     logging.set_verbosity_error()
     logging.disable_progress_bar()
-    unfinished = None
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        with contextlib.redirect_stderr(io.StringIO()), _file_read_once():  # the converter's progress bars
-            source = {
-                "pretrained_model_name_or_path": gguf.parent, "gguf_file": gguf.name, "trust_remote_code": False,
-            }  # fmt: skip
-            tokenizer = AutoTokenizer.from_pretrained(**source)
-            network = AutoModelForCausalLM.from_pretrained(**source, dtype=torch.float32)
-        tokenizer.save_pretrained(unfinished)
-        config = network.config.to_dict()
-        config.pop("quantization_config", None)  # what is written is no longer quantised
-        (unfinished / "config.json").write_text(json.dumps(config | {"dtype": "bfloat16"}, indent=2))
-        weights = network.state_dict()
-        weights = {name: value.to(torch.bfloat16).contiguous() for name, value in weights.items()}
-        if config.get("tie_word_embeddings"):
-            weights.pop("lm_head.weight", None)
-        save_file(weights, unfinished / "model.safetensors", metadata={"format": "pt"})
-        checksums = {name: checksum(unfinished / name) for name in FILES}
-        (unfinished / CHECKSUMS).write_text(json.dumps(checksums, indent=1) + "\n", encoding="utf-8")
-        try:
-            unfinished.rename(folder)
-        except OSError:
-            if _is_whole(folder):
-                return  # another process was quicker
-            shutil.rmtree(folder)
-            unfinished.rename(folder)
+        with unfinished_folder(folder) as unfinished:
+            with contextlib.redirect_stderr(io.StringIO()), _file_read_once():  # the converter's progress bars
+                source = {
+                    "pretrained_model_name_or_path": gguf.parent, "gguf_file": gguf.name, "trust_remote_code": False,
+                }  # fmt: skip
+                tokenizer = AutoTokenizer.from_pretrained(**source)
+                network = AutoModelForCausalLM.from_pretrained(**source, dtype=torch.float32)
+            tokenizer.save_pretrained(unfinished)
+            config = network.config.to_dict()
+            config.pop("quantization_config", None)  # what is written is no longer quantised
+            (unfinished / "config.json").write_text(json.dumps(config | {"dtype": "bfloat16"}, indent=2))
+            weights = network.state_dict()
+            weights = {name: value.to(torch.bfloat16).contiguous() for name, value in weights.items()}
+            if config.get("tie_word_embeddings"):
+                weights.pop("lm_head.weight", None)
+            save_file(weights, unfinished / "model.safetensors", metadata={"format": "pt"})
+            checksums = {name: checksum(unfinished / name) for name in FILES}
+            (unfinished / CHECKSUMS).write_text(json.dumps(checksums, indent=1) + "\n", encoding="utf-8")
+            try:
+                unfinished.rename(folder)
+            except OSError:
+                if _is_whole(folder):
+                    return  # another process was quicker
+                shutil.rmtree(folder)
+                unfinished.rename(folder)
     except Exception as error:  # the libraries raise many kinds
         raise LLMError(f"{gguf} cannot be converted into {folder}: {first_line(error)}") from error
-    finally:
-        if unfinished is not None:
-            shutil.rmtree(unfinished, ignore_errors=True)

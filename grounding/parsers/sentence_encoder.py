@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -79,7 +79,7 @@ class SentenceEncoder:
     def __init__(self, source: str | None = None) -> None:
         self.source = source
         self.folder = _find_folder(source)
-        self._networks: dict[int | None, Bert] = {}
+        self._network: Bert | None = None  # with as many layers as anybody has needed
         try:
             self._config = json.loads((self.folder / "config.json").read_text())
         except ValueError as error:
@@ -163,10 +163,11 @@ class SentenceEncoder:
         return frozenset(word for word in self._tokenizer.get_vocab() if word.isalpha() and len(word) > 2)
 
     def network(self, layers: int | None = None) -> Bert:
-        """Return the network up to a layer (`None` for all), loaded at its first use."""
-        if layers not in self._networks:
-            self._networks[layers] = self._load(layers)
-        return self._networks[layers]
+        """Return the network up to a layer (`None` for all), loaded at its first use; all share the same arrays."""
+        wanted = self._config.get("num_hidden_layers") if layers is None else layers
+        if self._network is None or wanted is None or len(self._network.layers) < wanted:
+            self._network = self._load(wanted)
+        return replace(self._network, layers=self._network.layers[:wanted])
 
     def _load(self, layers: int | None) -> Bert:
         from safetensors import SafetensorError

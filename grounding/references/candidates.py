@@ -19,7 +19,7 @@ from grounding.references.attributes import (
     of_size,
 )
 from grounding.references.lexicon import FILLINGS, GROUPS, KINDS, SAME_WORDS, SPHERES, VESSELS, meanings
-from grounding.references.object_names import UNKNOWN_CATEGORY, adjective, guesses, read_name, rivals
+from grounding.references.object_names import UNKNOWN_CATEGORY, adjective, as_named, guesses, read_name, rivals
 from grounding.references.phrases import ANY, Mention
 from grounding.references.word_forms import FORMS, plural
 
@@ -46,7 +46,7 @@ class Candidates:
     def __init__(self, objects: Sequence[SceneObject], encoder: SentenceEncoder | None, catalogue: bool) -> None:
         self.names = [each.name if each.name.strip() else UNKNOWN_CATEGORY for each in objects]
         self.catalogue = catalogue
-        self._read = [read_name(name) for name in self.names]
+        self._read = [read_name(as_named(name, self.names)) for name in self.names]
         self._attributes = [each.attributes for each in objects]
         self._encoder = encoder
         self._unnamed = all(not name.head and not name.words for name in self._read)

@@ -45,7 +45,7 @@ class HeadFinder:
         if use := self.use_group(place):
             end = place + (self.said.word(place + 1) in ("from", "with", "out", "off"))
             return place, end, use, True, True
-        if word in GENERIC:
+        if word in GENERIC and not self._in_a_name(place):
             return self._generic(place)
         if word in self.forms and not self._no_noun(place):
             noun, many = self.forms[word]
@@ -92,6 +92,7 @@ class HeadFinder:
                 or before in TELLING_ADJECTIVES
                 or (before in self.forms and before != "can")
                 or after.isdecimal()  # "box 1"
+                or self._in_a_name(place - 1)
             )
             listed = self.forms[word][0] in self.vocabulary.heads and (before in JOINTS or after in JOINTS)
             if not (described or listed) or (after.isalpha() and self.said.describes(place + 1)):
@@ -105,6 +106,11 @@ class HeadFinder:
             subject = before in _SUBJECTS
             return place == 0 or subject or before in STOPS or (ends and before not in DETERMINERS)
         return word in NOT_OBJECTS and not self.forms[word][1]
+
+    def _in_a_name(self, place: int) -> bool:
+        """Return whether the name of an object has this word before the next one: "gear box"."""
+        word, after = self.said.word(place), self.said.word(place + 1)
+        return (word, self.forms.get(after, (after, False))[0]) in self.vocabulary.compounds
 
     def _compound(self, place: int) -> bool:
         """Return whether this word is the first part of a compound, as in "soup can", but not "forks knives"."""

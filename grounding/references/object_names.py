@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -25,6 +25,9 @@ UNKNOWN_CATEGORY = "object"  # of things that nobody has named
 SAME_MEANING = 0.6
 _WORD = re.compile(r"[^\W\d_]{2,}")
 _NUMBER = re.compile(r"\d+")
+_TEXT_WORD = re.compile(r"[^\W\d_]+")
+_JOINT = re.compile(r"[ \t_-]+")  # what stands between the words of one name
+_LONGEST_NAME = 4  # words
 _BEHIND_THE_NOUN = re.compile(r"\b(?:with|of|for|in|from|on)\b")
 # What an unknown noun is compared with: the nearest of many, not of the few that happen to be there.
 KNOWN_NOUNS = tuple(dict.fromkeys((*KINDS, *OTHER_WORDS, *GROUPS)))
@@ -81,7 +84,7 @@ def rivals(word: str) -> tuple[str, ...]:
 def vocabulary(names: Sequence[str | None]) -> Vocabulary:
     """Collect the nouns of the tables and the names, and other words of the names that can stand for the object."""
     forms, heads, compounds = dict(FORMS), set(), set()
-    for name in map(read_name, {name or "" for name in names}):
+    for name in map(read_name, {as_named(name or "", names) for name in names}):
         for word in (*name.heads, *name.words):
             blocked = word in FUNCTION_WORDS or word in NOT_OBJECTS or word in GENERIC or word in ADJECTIVES
             if word and (word in name.heads or not blocked):
@@ -90,6 +93,60 @@ def vocabulary(names: Sequence[str | None]) -> Vocabulary:
         heads.update(name.heads)
         compounds.update(zip(name.words, name.words[1:], strict=False))
     return Vocabulary(forms, frozenset(heads - {""}), frozenset(compounds))
+
+
+def as_named(text: str, names: Sequence[str | None]) -> str:
+    """Spell the names of objects in a text as the objects are named, where only spaces, hyphens, underscores or capitals
+    differ: "the gear boxes" is "the gearboxes" if something is called "gearbox", and "a coffeepot" is "a coffee pot".
+
+    Whole words are compared, one or several side by side, with whole words of a name.
+
+    Args:
+        text: any string.
+        names: of the objects, in any form.
+    """
+    runs = _runs(tuple(names))
+    words = list(_TEXT_WORD.finditer(text)) if runs else []
+    out, end, first = list[str](), 0, 0
+    while first < len(words):
+        last, run = _named_run(text, words, first, runs)
+        if run:
+            out += [text[end : words[first].start()], run]
+            end = words[last].end()
+        first = last + 1
+    return "".join((*out, text[end:]))
+
+
+def _named_run(
+    text: str, words: list[re.Match[str]], first: int, runs: Mapping[str, str]
+) -> tuple[int, str]:
+    """Return the last of the words from `first` on that are a name, and its other spelling; "" if it is spelled so."""
+    said = [word.group().lower() for word in words[first : first + _LONGEST_NAME]]
+    if said[0] in FUNCTION_WORDS and said[0] not in KINDS:
+        return first, ""  # "a corn cob" is no acorn
+    for count in range(1, len(said) + 1):
+        last = first + count - 1
+        if count > 1 and not _JOINT.fullmatch(text, words[last - 1].end(), words[last].start()):
+            break
+        for noun, form in ((said[count - 1], str), (singular(said[count - 1]), plural)):
+            spelled = runs.get("".join((*said[: count - 1], noun)), "")
+            if not spelled or (count == 1 and spelled == noun):
+                continue
+            name = form(spelled)
+            return last, "" if text[words[first].start() : words[last].end()].lower() == name else name
+    return first, ""
+
+
+@lru_cache(maxsize=64)
+def _runs(names: tuple[str | None, ...]) -> Mapping[str, str]:
+    """Return the words that stand side by side in the names: without spaces -> the first name's, with single spaces."""
+    found: dict[str, str] = {}
+    for name in names:
+        words = [singular(word) for word in _WORD.findall((name or "").lower().replace("_", " ").split(",")[0])]
+        for first in range(len(words)):
+            for end in range(first + 1, min(first + _LONGEST_NAME, len(words)) + 1):
+                found.setdefault("".join(words[first:end]), " ".join(words[first:end]))
+    return found
 
 
 def guesses(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None) -> list[str]:

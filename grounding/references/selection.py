@@ -14,7 +14,7 @@ from grounding.references.attributes import SceneObject
 from grounding.references.candidates import Candidates, SelectionError
 from grounding.references.function_words import SPATIAL_PREPOSITIONS
 from grounding.references.mentions import read_mentions
-from grounding.references.object_names import rivals, vocabulary
+from grounding.references.object_names import as_named, rivals, vocabulary
 from grounding.references.phrases import ANY, Mention, References, Vocabulary
 from grounding.references.word_forms import FORMS, singular
 
@@ -95,7 +95,8 @@ def select_objects(
     if isinstance(text, References):
         references = text
     else:
-        references = read_mentions(text[:_MOST_CHARACTERS], vocabulary([each.name for each in there]))
+        names = [each.name for each in there]
+        references = read_mentions(as_named(text[:_MOST_CHARACTERS], names), vocabulary(names))
     return _Choice(references, Candidates(there, encoder, catalogue), dict(resolved or {})).select()
 
 

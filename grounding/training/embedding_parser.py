@@ -17,10 +17,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import nn
 from torch.nn import functional
 
+from grounding.atomic_files import write_all_whole
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.grammar import all_sentences, split_of
 from grounding.corpus.paraphrases import LabelledText, paraphrase
@@ -100,11 +101,6 @@ def train(options: ParserTraining, report: Callable[[str], None] = lambda line: 
     temperatures = calibrate(reader, encoder, rows)
     parser = EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures)
     found = score(rows, parser.parse_batch([row.text for row in rows]))
-    options.out.mkdir(parents=True, exist_ok=True)
-    save_file(
-        {name: tensor.half() for name, tensor in network.state_dict().items()},
-        options.out / "model.safetensors",
-    )
     before = json.loads((options.start / "config.json").read_text())["sentences"] if options.start else 0
     config = {
         "encoder_layer": ENCODER_LAYER,
@@ -118,7 +114,8 @@ def train(options: ParserTraining, report: Callable[[str], None] = lambda line: 
         "before": before,
         "development": {name: found[name] for name in ("exact", "slots", "false_fills", "refusal", "strata")},
     }
-    (options.out / "config.json").write_text(json.dumps(config, indent=2) + "\n")
+    weights = save({name: tensor.half() for name, tensor in network.state_dict().items()})
+    write_all_whole(options.out, {"model.safetensors": weights, "config.json": json.dumps(config, indent=2) + "\n"})
     return config
 
 

@@ -9,8 +9,6 @@ use.
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -19,6 +17,7 @@ import torch
 from safetensors.torch import save_file
 from torch import nn
 
+from grounding.atomic_files import unfinished_folder
 from grounding.benchmark import development_rows, score
 from grounding.corpus.paraphrases import LabelledText
 from grounding.parsers.embedding import EmbeddingParser
@@ -90,15 +89,11 @@ def _fit(encoder: NamedEncoder, folder: Path, report: Callable[[str], None], sen
         "sentences": sentences,
         "development": {key: found[key] for key in ("exact", "slots", "false_fills", "refusal")},
     }
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
+    with unfinished_folder(folder) as unfinished:
         save_file(network.state_dict(), unfinished / "model.safetensors")
         (unfinished / "config.json").write_text(json.dumps(config, indent=2) + "\n")
         if not folder.exists():  # else another process was quicker
             unfinished.rename(folder)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _encoded(encoder: NamedEncoder, count: int, report: Callable[[str], None]) -> Iterator[_Batch]:

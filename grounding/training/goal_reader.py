@@ -18,11 +18,12 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from safetensors.numpy import save_file
+from safetensors.numpy import save as save_arrays
 from torch import nn
 
+from grounding.atomic_files import write_all_whole
 from grounding.goal_network.vocabulary import KEYWORDS, NO_GOAL
-from grounding.goal_network.weight_differences import save_packed
+from grounding.goal_network.weight_differences import packed_bytes
 from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID, NetworkWriter, base_arrays, base_record
 from grounding.goal_reading.tokens import words_of
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
@@ -152,19 +153,17 @@ def save(
     network: GoalNetwork, encoder: SentenceEncoder, out: Path, steps: int, difference_to: str | None = None
 ) -> None:
     """Write `model.safetensors` and `config.json`: all weights in float16, or what they differ from a shipped network."""
-    out.mkdir(parents=True, exist_ok=True)
     config = {
         "steps": steps, "encoder_sha256": encoder.checksum, "encoder_layer": ENCODER_LAYER, "keywords": KEYWORDS,
         "taught_words": taught_words(),
     }  # fmt: skip
     state = {name: tensor.detach().numpy() for name, tensor in network.state_dict().items()}
-    path = out / "model.safetensors"
     if difference_to is None:
-        save_file({name: array.astype(np.float16) for name, array in state.items()}, path)
+        weights = save_arrays({name: array.astype(np.float16) for name, array in state.items()})
     else:
         base, config["difference_to"] = base_arrays(difference_to, encoder), base_record(difference_to)
-        save_packed(state, base, BITS[difference_to], path)
-    (out / "config.json").write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+        weights = packed_bytes(state, base, BITS[difference_to])
+    write_all_whole(out, {"model.safetensors": weights, "config.json": json.dumps(config, indent=1) + "\n"})
 
 
 def taught_words() -> list[str]:

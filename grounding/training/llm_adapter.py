@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 import torch
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import nn
 from torch.nn import functional
 from transformers import PreTrainedModel
 
+from grounding.atomic_files import write_whole
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.grammar import all_sentences, split_of
 from grounding.corpus.paraphrases import LabelledText, paraphrase
@@ -182,8 +183,7 @@ class Trainer:
             "build_bias": str(build_bias),
             "training": json.dumps(about),
         }
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save_file(tensors, path, metadata=metadata)
+        write_whole(path, save(tensors, metadata=metadata))
 
     def start_from(self, path: Path) -> None:
         """Continue from an adapter."""

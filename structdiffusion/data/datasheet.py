@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from grounding.atomic_files import write_all_whole
 from grounding.spec import LEGAL_VALUES, SLOTS
 from structdiffusion.data.demonstrations import SHARD_FACTS, DemonstrationSet
 from structdiffusion.data.npz_files import SHEET_NAME, read_arrays
@@ -88,8 +89,7 @@ def write_datasheet(folder: Path, models: Sequence[ObjectModel], about: Mapping[
         "sentences": _sentences(folder / "language.npz"),
         "sha256": _checksum(folder),
     }
-    (folder / SHEET_NAME).write_text(json.dumps(sheet, indent=2) + "\n", encoding="utf-8")
-    (folder / SHEET_TEXT).write_text(markdown(sheet), encoding="utf-8")
+    write_all_whole(folder, {SHEET_NAME: json.dumps(sheet, indent=2) + "\n", SHEET_TEXT: markdown(sheet)})
     return sheet
 
 

@@ -7,6 +7,7 @@ resumed.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from grounding.atomic_files import opened, write_whole
 from structdiffusion.data.batches import widened
 from structdiffusion.data.npz_files import DataFolderError, read_arrays, save_arrays
 from structdiffusion.data.shards import Shard, draw_shard
@@ -23,6 +25,7 @@ from structdiffusion.parallel import Lost, check_complete, in_parallel
 SHARD_SCENES = 500
 PROVEN = 1  # scenes of each exact shape in a shard that are also built in physics
 SHARD_FACTS = "shards.jsonl"
+_FACTS_FLAGS = os.O_RDWR | os.O_APPEND | os.O_CREAT
 
 
 @dataclass(frozen=True)
@@ -137,8 +140,12 @@ def generate(
 def keep_shard(folder: Path, shard: Shard) -> None:
     """Write a shard. Its facts come first: if only they are written, the shard is drawn and recorded again."""
     path = _shard_path(folder, shard.number, shard.crowded)
-    with (folder / SHARD_FACTS).open("a", encoding="utf-8") as file:
-        file.write(json.dumps({"shard": path.stem, **shard.facts}) + "\n")
+    line = json.dumps({"shard": path.stem, **shard.facts}).encode() + b"\n"
+    with opened(folder) as place, open(place.open(SHARD_FACTS, _FACTS_FLAGS), "ab+", buffering=0) as file:
+        if size := file.seek(0, os.SEEK_END):
+            file.seek(size - 1)
+            line = line if file.read(1) == b"\n" else b"\n" + line  # a killed process left half a line
+        file.write(line)
     save_arrays(path, shard.columns)
 
 
@@ -161,7 +168,7 @@ def _remember_seed(folder: Path, seed: int) -> None:
     # Data from before this file existed have the seed in their datasheet.
     known = next((file for file in (path, folder / "datasheet.json") if file.is_file()), None)
     if known is None:
-        path.write_text(json.dumps({"seed": seed}) + "\n")
+        write_whole(path, json.dumps({"seed": seed}) + "\n")
         return
     try:
         there = json.loads(known.read_text())["seed"]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from zipfile import BadZipFile
 from zlib import error as ZlibError
 
 import numpy as np
+
+from grounding.atomic_files import write_whole
 
 
 class DataFolderError(ValueError):
@@ -17,10 +20,9 @@ class DataFolderError(ValueError):
 
 def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
     """Write a compressed .npz file atomically: it is complete or absent."""
-    unfinished = path.with_suffix(".tmp")
-    with unfinished.open("wb") as file:
-        np.savez_compressed(file, **arrays)
-    unfinished.replace(path)
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)
+    write_whole(path, content.getvalue())
 
 
 def read_arrays(path: Path, *names: str) -> dict[str, np.ndarray]:

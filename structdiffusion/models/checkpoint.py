@@ -11,10 +11,12 @@ from typing import Any, Self, TypeVar
 
 import torch
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import Tensor, nn
 from torch.overrides import TorchFunctionMode
 
+from grounding.atomic_files import write_all_whole
+from grounding.untrusted_files import check_weights, read_json
 from structdiffusion.limits import CONFIG_BYTES, CONFIG_LAYERS, CONFIG_NUMBER, PARAMETERS, WEIGHTS_BYTES
 from structdiffusion.models.config_values import checked_values
 from structdiffusion.word_tokens import FIRST_VOCABULARY
@@ -49,11 +51,9 @@ class Checkpointed(nn.Module):
     def save_pretrained(self, folder: str | Path) -> None:
         """Write config and weights (half precision) to a folder, which is created."""
         folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
         config = {"kind": self.kind, **asdict(self.config)}
-        (folder / CONFIG_NAME).write_text(json.dumps(config, indent=2) + "\n")
         weights = {name: tensor.detach().half().contiguous().cpu() for name, tensor in self.state_dict().items()}
-        save_file(weights, folder / WEIGHTS_NAME)
+        write_all_whole(folder, {CONFIG_NAME: json.dumps(config, indent=2) + "\n", WEIGHTS_NAME: save(weights)})
 
     @classmethod
     def from_pretrained(cls, folder: str | Path) -> Self:
@@ -66,13 +66,17 @@ class Checkpointed(nn.Module):
         for name in (CONFIG_NAME, WEIGHTS_NAME):
             if not (folder / name).is_file():
                 raise CheckpointError(f"checkpoint {folder} has no {name}; it needs {CONFIG_NAME} and {WEIGHTS_NAME}")
-        _check_file_sizes(folder)
         try:
-            values = json.loads((folder / CONFIG_NAME).read_text())
+            check_weights(folder / WEIGHTS_NAME, WEIGHTS_BYTES)
+        except (ValueError, OSError) as error:
+            raise CheckpointError(f"{folder / WEIGHTS_NAME} cannot be read: {_shortened(str(error), 160)}") from error
+        try:
+            values = read_json(folder / CONFIG_NAME, CONFIG_BYTES)
             kind = values.pop("kind", None)
             known = {field.name for field in fields(cls.Config)}
-        except (ValueError, AttributeError, TypeError, RecursionError) as error:
-            raise CheckpointError(f"{folder / CONFIG_NAME} is not a JSON object: {error}") from error
+        except (OSError, ValueError, AttributeError, TypeError) as error:
+            reason = _shortened(str(error), 160)
+            raise CheckpointError(f"{folder / CONFIG_NAME} is not a JSON object: {reason}") from error
         if kind != cls.kind:
             raise CheckpointError(f"{folder / CONFIG_NAME} is of kind {kind!r}; expected {cls.kind!r}")
         unknown = sorted(set(values) - known)
@@ -133,12 +137,6 @@ def grown(kind: type[Network], folder: str | Path, vocabulary: int) -> Network:
     weights[_WORD_EMBEDDINGS] = torch.cat((weights[_WORD_EMBEDDINGS], network.state_dict()[_WORD_EMBEDDINGS][known:]))
     network.load_state_dict(weights)
     return network
-
-
-def _check_file_sizes(folder: Path) -> None:
-    for name, most in ((CONFIG_NAME, CONFIG_BYTES), (WEIGHTS_NAME, WEIGHTS_BYTES)):
-        if (size := (folder / name).stat().st_size) > most:
-            raise CheckpointError(f"{folder / name} has {size} bytes; at most {most} are read")
 
 
 class _WithoutInitialValues(TorchFunctionMode):

@@ -41,7 +41,7 @@ def load_objects(source: str | Path) -> list[ObjectModel]:
 
     Args:
         source: "procedural", "random_urdfs", "ycb", "training", "validation", "blocks", or the path of a folder of
-            .obj, .stl, .ply or .glb files in metres, z up. For a folder with the name of a library, give a path such as
+            meshes (see `folder_objects`). For a folder with the name of a library, give a path such as
             "./ycb".
 
     Raises:

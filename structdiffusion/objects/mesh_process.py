@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from structdiffusion.objects.model import ObjectModel
 
 
-def prepare_apart(path: Path, name: str, category: str) -> ObjectModel:
-    """Prepare the object of a mesh file in a separate process, with the result of `mesh_preparation.prepare`.
+def prepare_apart(path: Path, name: str, category: str | None = None) -> list[ObjectModel]:
+    """Prepare the objects of a mesh file in a separate process, with the result of `mesh_preparation.prepare`.
 
     Raises:
         ObjectError: as `prepare`, and if it takes more than `MESH_SECONDS` or its process ends unexpectedly.
@@ -31,7 +31,7 @@ def prepare_apart(path: Path, name: str, category: str) -> ObjectModel:
     # The same modules as in this process, and none from the current folder.
     modules = os.pathsep.join(entry for entry in sys.path if entry)
     done = subprocess.run(
-        [sys.executable, "-P", "-m", __name__, str(path), name, category, str(MESH_SECONDS)],
+        [sys.executable, "-P", "-m", __name__, str(path), name, category or "", str(MESH_SECONDS)],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         env={**os.environ, "PYTHONPATH": modules},
@@ -45,6 +45,7 @@ def prepare_apart(path: Path, name: str, category: str) -> ObjectModel:
     result = pickle.loads(done.stdout)  # noqa: S301  written by this module
     if isinstance(result, ObjectError):
         raise result
+    sys.stderr.write(done.stderr.decode(errors="replace"))  # its warnings
     return result  # type: ignore[no-any-return]
 
 
@@ -56,7 +57,7 @@ def _end_of_process(done: subprocess.CompletedProcess[bytes]) -> str:
 
 
 def _main(path: str, name: str, category: str, seconds: str) -> None:
-    """Write the object of a mesh file, or the `ObjectError` that it raises, to standard output, pickled."""
+    """Write the objects of a mesh file, or the `ObjectError` that it raises, to standard output, pickled."""
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_REAL, float(seconds))
     results = os.dup(1)
@@ -65,7 +66,7 @@ def _main(path: str, name: str, category: str, seconds: str) -> None:
     from structdiffusion.objects.model import ObjectError
 
     try:
-        result: ObjectModel | ObjectError = prepare(Path(path), name, category)
+        result: list[ObjectModel] | ObjectError = prepare(Path(path), name, category or None)
     except ObjectError as error:
         result = ObjectError(str(error))
     with os.fdopen(results, "wb") as stream:

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -42,6 +43,7 @@ class ObjectModel:
         color: RGB in [0, 1].
         mesh_vertices: (V, 3), the visual surface.
         mesh_faces: (F, 3) int.
+        file: the mesh file that it was read from, followed by the name of its node where that holds several objects.
     """
 
     name: str
@@ -55,6 +57,7 @@ class ObjectModel:
     color: tuple[float, float, float]
     mesh_vertices: np.ndarray
     mesh_faces: np.ndarray
+    file: Path | None = None
 
     @cached_property
     def footprint(self) -> np.ndarray:

@@ -114,7 +114,11 @@ def shape_file(content: bytes) -> Path:
     if path in _shapes:
         _shapes.move_to_end(path)
     else:
-        path.write_bytes(content)
+        try:
+            path.write_bytes(content)
+        except OSError as error:
+            error.filename = str(path)  # the error of a full disk has no name
+            raise
         _shapes[path] = None
         if len(_shapes) > _MOST_SHAPES:  # bodies completed for one scene are not needed again
             _shapes.popitem(last=False)[0].unlink(missing_ok=True)

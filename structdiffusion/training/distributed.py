@@ -10,6 +10,7 @@ import os
 import socket
 import sys
 from collections.abc import Callable, Mapping
+from multiprocessing.util import get_temp_dir
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -19,7 +20,7 @@ from torch.multiprocessing import start_processes
 
 from structdiffusion.data.npz_files import DataFolderError
 from structdiffusion.models.checkpoint import CheckpointError
-from structdiffusion.worker_process import safe_path, worker_context
+from structdiffusion.worker_process import safe_path, serve_parent, without_interruptions, worker_context
 
 if TYPE_CHECKING:
     from structdiffusion.training.loss import Loss
@@ -83,17 +84,27 @@ def in_processes(work: Callable[..., None], count: int, *arguments: Any) -> None
     logging.getLogger("torch.multiprocessing.spawn").setLevel(logging.ERROR)
     context = worker_context()
     failures = context.SimpleQueue()
-    given = work, count, _free_port(), failures, arguments
+    given = work, count, _free_port(), failures, get_temp_dir(), arguments
     try:
-        with safe_path():
-            start_processes(_start, given, count, start_method=context.get_start_method())
+        with safe_path(), without_interruptions():
+            processes = start_processes(_start, given, count, join=False, start_method=context.get_start_method())
+        try:
+            while not processes.join():
+                pass
+        finally:
+            for process in processes.processes:  # they have nothing to save
+                process.kill()
+                process.join()
     except torch.multiprocessing.ProcessExitedException:
         if failures.empty():
             raise
         raise failures.get() from None
 
 
-def _start(rank: int, work: Callable[..., None], count: int, port: int, failures: Any, arguments: tuple) -> None:
+def _start(
+    rank: int, work: Callable[..., None], count: int, port: int, failures: Any, folder: str, arguments: tuple
+) -> None:
+    serve_parent(folder)
     torch.set_num_threads(max(1, torch.get_num_threads() // count))
     loopback = "lo0" if sys.platform == "darwin" else "lo"  # a host name may lead to a network without a way back
     os.environ.setdefault("GLOO_SOCKET_IFNAME", loopback)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import torch
 from torch import Tensor
 
+from grounding.atomic_files import write_whole
 from structdiffusion.models.checkpoint import Checkpointed
 from structdiffusion.training.loss import Loss
 from structdiffusion.training.run_record import RunMetadata, TrainingRecord
@@ -109,7 +110,9 @@ def train(
     folder, rank = Path(folder), distributed.rank if distributed else 0
     folder.mkdir(parents=True, exist_ok=True)
     state = TrainingState.resumed(model, options.learning_rate, options.weight_decay, folder, device)
-    generator = _batch_generator(options.seed, state.step, rank, device)
+    generator = torch.Generator(device=device)
+    if rank == 0:
+        _shorten_log(folder / "log.csv", state.step)
     losses_of = distributed.averaged(model, loss) if distributed else loss
     record: TrainingRecord | None = None
     if metadata is not None and rank == 0:
@@ -120,7 +123,7 @@ def train(
     means = _RunningMeans()
     while state.step < options.steps:
         rate = learning_rate(state.step, options)
-        losses = losses_of(generator)
+        losses = losses_of(generator.manual_seed(_batch_seed(options.seed, state.step, rank)))
         state.optimise(losses["loss"], rate, options.clip, options.average)
         means.add(losses)
         now, last = time.monotonic(), state.step == options.steps
@@ -132,9 +135,10 @@ def train(
             # Only here, where the loss is known to be a number still.
             if rank == 0 and (now - last_saved > options.save_seconds or last):
                 state.seconds, started, last_saved = state.seconds + now - started, now, now
-                state.save(folder)
+                state.save_weights(folder)
                 if record is not None:
                     record.write(state.step, state.seconds, row)
+                state.save(folder)
             yield progress
     model.load_state_dict(state.average)
     model.eval()
@@ -153,11 +157,9 @@ def _finite_means(means: _RunningMeans, distributed: DistributedContext | None, 
     return row
 
 
-def _batch_generator(seed: int, step: int, rank: int, device: torch.device) -> torch.Generator:
-    """Make the generator of batches: a resumed run draws others than those already seen, yet the same ones every time.
-    """
-    seed = seed * 1_000_003 + step + rank * _APART
-    return torch.Generator(device=device).manual_seed(seed % 2**64)
+def _batch_seed(seed: int, step: int, rank: int) -> int:
+    """Return the seed of a step's batch and noise: a run that was stopped draws what it would have drawn."""
+    return (seed * 1_000_003 + step + rank * _APART) % 2**64
 
 
 class _RunningMeans:
@@ -178,6 +180,16 @@ class _RunningMeans:
         means = {name: value / self._count for name, value in self._sums.items()}
         self._sums, self._count = {}, 0
         return means
+
+
+def _shorten_log(path: Path, step: int) -> None:
+    """Remove the rows behind a step from the log: of a run that was killed after it had last saved its state."""
+    if not path.is_file():
+        return
+    head, *rows = path.read_text().splitlines(keepends=True) or [""]
+    kept = [row for row in rows if row.endswith("\n") and int(row.partition(",")[0]) <= step]
+    if kept != rows:
+        write_whole(path, head + "".join(kept))
 
 
 def _log(path: Path, progress: Progress) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 
 import torch
 
+from grounding.atomic_files import write_whole
 from structdiffusion.data.npz_files import SHEET_NAME, DataFolderError
 from structdiffusion.models.checkpoint import Checkpointed, CheckpointError, file_facts, parameter_count
 
@@ -103,8 +104,8 @@ class TrainingRecord:
         }
         self._seconds = spent
         last = self._earlier[-1] if self._earlier else {}
-        if last.get("last_step") == step and _circumstances(last) == _circumstances(self._session):
-            # The same run went on: one stretch.
+        if last.get("last_step", -1) >= step and _circumstances(last) == _circumstances(self._session):
+            # The same run went on: one stretch. If it was killed before its state was saved, the record is ahead.
             self._earlier.pop()
             self._first_step = self._session["first_step"] = last["first_step"]
             self._seconds -= last["seconds"]
@@ -136,9 +137,7 @@ class TrainingRecord:
             "sessions": [*self._earlier, session],
             "files": file_facts(self._path.parent),
         }
-        unfinished = self._path.with_suffix(".tmp")
-        unfinished.write_text(json.dumps(record, indent=2) + "\n")
-        unfinished.replace(self._path)
+        write_whole(self._path, json.dumps(record, indent=2) + "\n")
 
 
 def _sessions(path: Path) -> list[dict[str, Any]]:

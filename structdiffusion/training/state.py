@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from pickle import UnpicklingError
 
 import torch
 
+from grounding.atomic_files import write_whole
 from structdiffusion.models.checkpoint import Checkpointed, CheckpointError
 
 STATE_NAME = "training_state.pt"
@@ -83,13 +85,16 @@ class TrainingState:
             mean.lerp_(tensor, 1 - keep) if tensor.is_floating_point() else mean.copy_(tensor)
 
     def save(self, folder: Path) -> None:
-        """Write the state, and the averaged weights as a checkpoint of the model."""
-        trained = {name: tensor.clone() for name, tensor in self.model.state_dict().items()}
-        state = {"model": trained, "optimizer": self.optimizer.state_dict(), "average": self.average}
+        """Write the state, after everything that it counts as done: a run that is killed before repeats those steps."""
+        state = {"model": self.model.state_dict(), "optimizer": self.optimizer.state_dict(), "average": self.average}
         state |= {"step": self.step, "seconds": self.seconds}
-        path = folder / STATE_NAME
-        torch.save(state, path.with_suffix(".tmp"))
-        path.with_suffix(".tmp").replace(path)
+        content = io.BytesIO()
+        torch.save(state, content)
+        write_whole(folder / STATE_NAME, content.getvalue())
+
+    def save_weights(self, folder: Path) -> None:
+        """Write the averaged weights as a checkpoint of the model."""
+        trained = {name: tensor.clone() for name, tensor in self.model.state_dict().items()}
         self.model.load_state_dict(self.average)
         self.model.save_pretrained(folder)
         self.model.load_state_dict(trained)

@@ -163,9 +163,10 @@ def test_files_that_are_none(tmp_path):
     (tmp_path / "empty").write_text("\n")
     with pytest.raises(BenchmarkError, match="holds no row"):
         load_rows(tmp_path / "empty")
-    (tmp_path / "bytes").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(BenchmarkError, match="is not UTF-8"):
-        load_rows(tmp_path / "bytes")
+    for content, why in ((b"\xe9t\xe9", "is not UTF-8"), (b"\xff\xfe\x00", "begins as UTF-16-LE text")):
+        (tmp_path / "bytes").write_bytes(content)
+        with pytest.raises(BenchmarkError, match=why):
+            load_rows(tmp_path / "bytes")
     with pytest.raises(OSError, match="missing"):
         load_rows(tmp_path / "missing")
 
@@ -176,8 +177,19 @@ def test_a_file_without_an_end_and_one_of_lists_in_lists(tmp_path, monkeypatch):
     with pytest.raises(BenchmarkError, match="has more than 100000 bytes"):
         load_rows(tmp_path / "endless.jsonl")
     (tmp_path / "deep.jsonl").write_text("[" * 90_000)
-    with pytest.raises(BenchmarkError, match="line 1 is not valid JSON"):
+    with pytest.raises(BenchmarkError, match="deep.jsonl begins as JSON does, and cannot be read as JSON"):
         load_rows(tmp_path / "deep.jsonl")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_rows_of_an_array_and_in_other_encodings(tmp_path, encoding):
+    row = '{"text": "a row", "shape": "line"}'
+    (tmp_path / "rows.jsonl").write_text(row + "\n" + row, encoding=encoding)
+    (tmp_path / "rows.json").write_text(f"[{row},\n{row}]", encoding=encoding)
+    assert load_rows(tmp_path / "rows.jsonl") == load_rows(tmp_path / "rows.json")
+    (tmp_path / "rows.json").write_text(f'[{row}, {{"text": 3}}]', encoding=encoding)
+    with pytest.raises(BenchmarkError, match="rows.json, row 2 has no text"):
+        load_rows(tmp_path / "rows.json")
 
 
 def test_a_goal_that_five_slots_cannot_hold_counts_as_refused():

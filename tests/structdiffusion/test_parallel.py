@@ -28,6 +28,10 @@ def die(loaded, job):
         os._exit(7)
     if job == "kill":
         os.kill(os.getpid(), signal.SIGKILL)
+    if job == "end":
+        signal.raise_signal(signal.SIGTERM)
+    if job == "hang up":
+        signal.raise_signal(signal.SIGHUP)
     return job
 
 
@@ -144,3 +148,9 @@ def test_workers_import_nothing_from_the_current_folder(tmp_path):
     )
     assert (done.returncode, done.stdout) == (0, "[2, 3]\n"), done.stderr
     assert not (foreign / "ran").exists()
+
+
+def test_a_worker_that_is_ended_costs_its_job_and_one_whose_terminal_closes_goes_on():
+    jobs = ["a", "end", "hang up", "b"]
+    ended = list(in_parallel(die, tuple, (), jobs, 1))
+    assert ended == ["a", Lost("end", "worker died (SIGTERM)"), "hang up", "b"]

@@ -10,8 +10,11 @@ from typing import Annotated, Any, TextIO
 
 import typer
 
+from agent.cli.options import print_error
+from agent.errors import DEFECT
 from agent.runtime.output_paths import write_report
 from agent.runtime.stdio import results_stream
+from grounding.parse_result import shortened
 
 Report = dict[str, Any]
 
@@ -38,6 +41,9 @@ def finish(
 ) -> None:
     """Measure, write the report to `out`, and print it to standard output.
 
+    The command ends with the exit code of a defect if the program itself failed at rows; the report's "defects" name
+    them, and they count as wrong.
+
     Args:
         measure: makes the report.
         print_report: prints its tables.
@@ -53,3 +59,7 @@ def finish(
             print(json.dumps(report, indent=1, ensure_ascii=False), file=results)
         else:
             print_report(report, results)
+    if defects := report.get("defects"):
+        for defect in defects:
+            print_error(f"{shortened(defect['text'])!r} was not read: {defect['message']}")
+        raise typer.Exit(DEFECT)

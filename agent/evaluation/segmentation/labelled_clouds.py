@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from agent.errors import BadInput
-from agent.recordings.point_cloud_files import read_cloud
+from agent.recordings.point_cloud_files import read_cloud, read_columns
 
 _FIRST, _PER_OBJECT = 20, 10  # labels of the first object begin there, and so many are of each
 _LEARN = ((0, "boxes"), (17, "stacked"), (25, "occluded"), (33, "cylinders"))
@@ -63,14 +63,7 @@ def read_labelled(path: Path) -> LabelledCloud:
         BadInput: for a file that is damaged, or has no labels.
     """
     points, color, _ = read_cloud(path)
-    import open3d
-
-    cloud = open3d.t.io.read_point_cloud(str(path))
-    if "label" not in cloud.point:
-        raise BadInput(
-            f"the cloud {str(path)!r} has no field 'label'; its fields are: {', '.join(sorted(cloud.point))}"
-        )
-    label = cloud.point["label"].numpy().astype(np.int64).reshape(points.shape[:2])
+    label = read_columns(path, ("label",))[2]["label"].astype(np.int64).reshape(points.shape[:2])
     own = label // _PER_OBJECT
     known = np.unique(own[label >= _FIRST])
     labels = np.where(label >= _FIRST, np.searchsorted(known, own) + 1, 0)

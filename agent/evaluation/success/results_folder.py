@@ -50,7 +50,7 @@ class EvaluationFolder:
         keys = {"model", "structure", "number", "failure", "verdicts"}
         self._store = ResultStore(path, config, keys, (SCENES, *RESULTS))
         try:
-            self._scenes = Journal(path / SCENES, {"structure", "number", "draw"}, "scene of an evaluation")
+            self._scenes = Journal(self._store.place, SCENES, {"structure", "number", "draw"}, "scene of an evaluation")
         except BaseException:
             self._store.close()
             raise

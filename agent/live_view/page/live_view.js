@@ -1,11 +1,12 @@
 // Connects the page: shows what the agent tells, and sends what the driver types. Nothing is decided here.
-import { Scene3D, floats } from "./scene_3d.js";
+import { Candidates } from "./candidates.js";
+import { at, button, toggle } from "./elements.js";
+import { Scene3D } from "./scene_3d.js";
+import { Transcript } from "./transcript.js";
 
-const MOST_LINES = 600;
-const SLOWEST_RETRY = 15000; // ms
-const at = (id) => document.getElementById(id);
+const FIRST_RETRY = 500, SLOWEST_RETRY = 4000; // ms
+const ENDED = 1001; // the code with which structagent closes its connections
 
-const state = { follows: true, scrolled: 0, role: "", prompt: null, choosing: false, busy: "", candidates: null, rank: 0, chosen: 0, socket: null, retry: 500 };
 let scene = null;
 try {
   scene = new Scene3D(at("scene"), at("labels"));
@@ -13,149 +14,98 @@ try {
   at("no-webgl").hidden = false;
   at("scene").hidden = true;
 }
+const transcript = new Transcript(at("log"));
+const candidates = new Candidates(scene, (rank) => say(`/choose ${rank}`));
+// What the agent has told, as far as controls follow from it.
+const NOTHING = { prompt: null, choosing: false, stopping: false, busy: "", stage: "", placed: 0, motions: 0, outcome: "" };
+const state = { role: "", start: "", socket: null, retry: FIRST_RETRY, ...NOTHING };
 
 // --- what the agent tells --------------------------------------------------------------------
 
 const told = {
-  text({ parts }) {
-    const log = at("log");
-    const line = document.createElement("p");
-    const said = parts.length > 0 && parts[0][1].includes("bold") && parts[0][0].startsWith("> ");
-    line.classList.toggle("said", said);
-    parts.forEach(([text, names], place) => {
-      const piece = document.createElement("span");
-      if (names && !said) piece.className = names;
-      piece.textContent = said && place === 0 ? text.slice(2) : text;
-      line.append(piece);
-    });
-    if (!parts.length && !log.lastElementChild?.textContent) return; // one empty line at a time
-    log.append(line);
-    while (log.childElementCount > MOST_LINES) log.firstElementChild.remove();
-    if (said) state.follows = true;
-    follow();
+  // The first message of each connection. Whatever else is known is told again after it.
+  hello({ start }) {
+    Object.assign(state, NOTHING);
+    candidates.clear();
+    transcript.clear();
+    at("choices").replaceChildren();
+    at("refused").hidden = true;
+    if (state.start && state.start !== start) {
+      scene?.clear();
+      at("camera").hidden = true;
+      transcript.add({ type: "line", style: "dim", text: "structagent was started again; what was said and proposed before is gone" });
+    }
+    state.start = start;
+    refresh();
+  },
+  entry(entry) {
+    if (entry.type === "said") at("refused").hidden = true; // the next turn begins
+    transcript.add(entry);
   },
   roles({ driver, viewers }) {
     state.role = driver;
     const who = { you: "you drive", other: "you watch; another page drives", nobody: "you watch; nobody drives", terminal: "you watch; the terminal drives" };
     at("role").textContent = who[driver] + (viewers > 1 ? ` (${viewers} pages)` : "");
-    at("take-over").hidden = !(driver === "other" || driver === "nobody");
     at("take-over").textContent = driver === "nobody" ? "drive" : "take over";
-    showInput();
+    refresh();
   },
   busy({ what }) {
     state.busy = what;
-    showInput();
+    refresh();
   },
   asking({ prompt, choices, choosing, stopping }) {
     Object.assign(state, { prompt, choosing, stopping });
-    if (!prompt && state.candidates) showRank(state.chosen); // what is built is what was chosen, not what was looked at
-    at("choices").replaceChildren(...choices.map(({ label, line }) => {
-      const button = document.createElement("button");
-      button.type = "button";
-      button.textContent = label;
-      button.addEventListener("click", () => say(line));
-      return button;
-    }));
+    at("choices").replaceChildren(...choices.map(({ label, line }) => button(label, () => answer(line))));
     at("refused").hidden = true;
-    showInput();
+    refresh();
   },
   refused({ reason }) {
     at("refused").textContent = reason;
     at("refused").hidden = false;
   },
   progress({ stage, placed, motions, outcome }) {
-    state.stage = stage;
-    state.outcome = outcome;
-    const bar = at("bar");
-    bar.hidden = !motions;
-    bar.max = motions || 1;
-    bar.value = placed;
-    bar.title = `${placed} of ${motions}`;
-    state.motions = motions;
-    showInput();
+    Object.assign(state, { stage, placed, motions, outcome });
+    refresh();
   },
   scene(message) {
-    Object.assign(state, { candidates: null, rank: 0, chosen: 0 });
     scene?.setScene(message);
-    showCandidates();
+    candidates.setScene(message);
   },
   arm: (message) => scene?.setArm(message),
   poses: (message) => scene?.setPoses(message),
-  candidates(message) {
-    state.candidates = message.count ? { ...message, motions: floats(message.motions) } : null;
-    if (!message.count) scene?.clearGhosts();
-    showRank(1);
-  },
-  chosen({ rank }) {
-    state.chosen = rank;
-    showRank(rank);
-  },
+  candidates: (message) => candidates.set(message),
+  chosen: ({ rank }) => candidates.setChosen(rank),
   preview(message) {
-    if (message.scene !== scene?.number) return;
-    scene.setGhosts(message.names, floats(message.motions), 0);
-    at("candidates").hidden = false;
-    at("rank").textContent = `denoising: step ${message.step} of ${message.steps}`;
-    for (const id of ["previous", "next", "choose"]) at(id).hidden = true;
+    if (message.scene === scene?.number) candidates.preview(message);
   },
   picture({ caption, jpeg }) {
     at("picture").src = `data:image/jpeg;base64,${jpeg}`;
-    at("picture").alt = at("caption").textContent = caption;
+    at("picture").alt = at("picture").title = at("caption").textContent = caption;
     at("camera").hidden = false;
   },
 };
 
-// Keeps the last line in sight, unless someone reads further up.
-function follow() {
-  if (state.follows) at("log").scrollTop = at("log").scrollHeight;
-}
-
-at("log").addEventListener("scroll", () => {
-  const log = at("log");
-  const atEnd = log.scrollHeight - log.scrollTop - log.clientHeight < 60;
-  // Only who scrolls up stops it: lines may have come since it was moved to the end.
-  if (atEnd || log.scrollTop < state.scrolled) state.follows = atEnd;
-  state.scrolled = log.scrollTop;
-});
-new ResizeObserver(follow).observe(at("log"));
-
-function showInput() {
-  const drives = state.role === "you", asked = Boolean(state.prompt), open = state.socket?.readyState === WebSocket.OPEN;
+// Shows and hides the controls, as the state is.
+function refresh() {
+  const open = state.socket?.readyState === WebSocket.OPEN;
+  const drives = open && state.role === "you", asked = Boolean(state.prompt);
+  const building = Boolean(state.motions) && !state.outcome && !asked;
+  at("take-over").hidden = !open || !["other", "nobody"].includes(state.role);
   at("form").hidden = !drives;
   at("choices").hidden = !drives || !asked;
-  at("line").disabled = at("send").disabled = !open;
   at("line").placeholder = asked ? (state.choosing ? "build it? or say what to change" : "say what to build, or ask") : "one moment";
   at("stop").hidden = !drives || asked || state.prompt === null;
-  at("stop").disabled = Boolean(state.stopping);
-  const counted = state.motions ? ` (${at("bar").title})` : "";
-  const stage = state.stage || "";
-  at("stage-text").textContent = state.stopping ? "stopping" : asked || state.motions || !state.busy ? stage + counted : state.busy;
-  at("stage-text").className = state.outcome || "";
-  at("choose").hidden = !(drives && state.choosing && state.candidates && state.rank !== state.chosen);
-}
-
-function showRank(rank) {
-  const all = state.candidates;
-  if (all) {
-    state.rank = Math.min(all.count, Math.max(1, rank));
-    scene?.setGhosts(all.names, all.motions, state.rank - 1);
-  }
-  showCandidates();
-}
-
-function showCandidates() {
-  const all = state.candidates;
-  at("candidates").hidden = !all;
-  if (all) {
-    for (const id of ["previous", "next"]) at(id).hidden = false;
-    at("previous").disabled = state.rank <= 1;
-    at("next").disabled = state.rank >= all.count;
-    const score = all.scores[state.rank - 1];
-    const parts = [`${state.rank} of ${all.count}`];
-    if (score !== null) parts.push(`score ${score.toFixed(2)}`);
-    parts.push(state.rank === state.chosen ? "chosen" : all.words[state.rank - 1]);
-    at("rank").textContent = parts.join(", ");
-  }
-  showInput();
+  at("stop").disabled = state.stopping;
+  const bar = at("bar");
+  bar.hidden = !state.motions;
+  bar.max = state.motions || 1;
+  bar.value = state.placed;
+  // Where nothing is at work, the chat itself says what came of it.
+  const counted = `${state.stage} (${state.placed} of ${state.motions})`;
+  const stage = state.motions ? counted : asked || state.outcome ? "" : state.busy || state.stage;
+  at("stage-text").textContent = state.stopping ? "stopping" : stage;
+  at("stage-text").className = state.outcome;
+  candidates.allow(drives && state.choosing, building);
 }
 
 // --- what the driver does --------------------------------------------------------------------
@@ -166,6 +116,12 @@ function send(message) {
 
 function say(line) {
   send({ kind: "line", line });
+}
+
+// Sends the line of a button, which is gone then: the keyboard goes on in the line, where there is one.
+function answer(line) {
+  say(line);
+  if (matchMedia("(pointer: fine)").matches) at("line").focus();
 }
 
 at("form").addEventListener("submit", (event) => {
@@ -181,23 +137,17 @@ at("form").addEventListener("submit", (event) => {
 });
 at("stop").addEventListener("click", () => send({ kind: "stop" }));
 at("take-over").addEventListener("click", () => send({ kind: "take_over" }));
-at("choose").addEventListener("click", () => say(`/choose ${state.rank}`));
-at("previous").addEventListener("click", () => showRank(state.rank - 1));
-at("next").addEventListener("click", () => showRank(state.rank + 1));
-at("enlarge").addEventListener("click", () => at("camera").classList.toggle("large"));
-for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => scene?.view(button.dataset.view));
+at("enlarge").addEventListener("click", () => {
+  const large = at("camera").classList.toggle("large");
+  at("enlarge").setAttribute("aria-expanded", String(large));
+});
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape" && at("camera").classList.contains("large")) at("enlarge").click();
+});
+for (const one of document.querySelectorAll("[data-view]")) one.addEventListener("click", () => scene?.eye.view(one.dataset.view));
 toggle("names", (shown) => (at("labels").hidden = !shown));
-toggle("ghosts", (shown) => scene && (scene.showsGhosts = shown));
-toggle("arm", (shown) => scene && (scene.showsArm = shown));
-
-function toggle(id, show) {
-  at(id).addEventListener("click", () => {
-    const shown = at(id).getAttribute("aria-pressed") !== "true";
-    at(id).setAttribute("aria-pressed", String(shown));
-    show(shown);
-    scene?.redraw();
-  });
-}
+toggle("ghosts", (shown) => scene?.show("showsGhosts", shown));
+toggle("arm", (shown) => scene?.show("showsArm", shown));
 
 // --- the connection --------------------------------------------------------------------------
 
@@ -208,23 +158,20 @@ function connect(again) {
   if (again && state.role !== "you") address.search = "again";
   const socket = new WebSocket(address);
   state.socket = socket;
-  socket.addEventListener("open", () => {
-    state.retry = 500;
-    at("log").replaceChildren();
-    showInput();
-  });
+  socket.addEventListener("open", () => (state.retry = FIRST_RETRY));
   socket.addEventListener("message", (event) => {
     const message = JSON.parse(event.data);
     told[message.kind]?.(message);
   });
   socket.addEventListener("close", (event) => {
-    at("role").textContent = event.code === 1001 ? "structagent has ended; this is the last state" : "the connection is lost; trying again";
-    at("take-over").hidden = true;
-    showInput();
+    if (state.retry === FIRST_RETRY) {
+      at("role").textContent = event.code === ENDED ? "structagent has ended; this is the last state" : "the connection is lost; trying again";
+    }
+    refresh();
     setTimeout(() => connect(true), state.retry);
     state.retry = Math.min(SLOWEST_RETRY, 2 * state.retry);
   });
 }
 
-window.structagent = { state, scene };
+window.structagent = { state, scene, candidates };
 connect(false);

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from agent.errors import DEFECT, USAGE, exit_code_of, one_sentence
+from agent.errors import DEFECT, USAGE, defect_sentence, exit_code_of, one_sentence
 
 # Messages of the packages below name flags of `structagent run`: here they are parameters. Flags of other commands,
 # which stand in messages as whole commands, stay.
@@ -45,6 +45,7 @@ def public_errors() -> Iterator[None]:
     except Exception as error:
         code = exit_code_of(error)
         if code is None or code == DEFECT:
+            error.add_note(defect_sentence(error))
             raise
         raise StructagentError(in_python(one_sentence(error)), code) from None
 

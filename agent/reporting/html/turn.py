@@ -9,7 +9,7 @@ from functools import cached_property
 from html import escape
 from typing import Any
 
-from agent.errors import DONE, INTERRUPTED, NOT_BUILDABLE, PARTLY_DONE
+from agent.errors import DONE, ENDED_FROM_OUTSIDE, NOT_BUILDABLE, PARTLY_DONE
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
 from agent.rendering.text import number, place, slot_label
@@ -67,7 +67,7 @@ class Turn:
         code = outcome["exit_code"]
         if outcome["success"] and report["verdict"] is not None:
             return "good", "Built as asked" if report["verdict"]["how"] == "arm" else "A valid goal was found"
-        if code == INTERRUPTED:
+        if code in ENDED_FROM_OUTSIDE:
             return "quiet", "Stopped"
         if code == NOT_BUILDABLE and report["proposals"] is None:
             return "quiet", "Refused"

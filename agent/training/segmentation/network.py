@@ -11,12 +11,15 @@ from pathlib import Path
 
 import torch
 from safetensors import SafetensorError
-from safetensors.torch import load_file, save_file
+from safetensors.torch import load_file, save
 from torch import nn
 from torch.nn import functional
 
 from agent.segmentation_network.features import CHANNELS
 from agent.segmentation_network.network import KIND, OUTPUTS
+from grounding.atomic_files import write_all_whole
+from grounding.untrusted_files import check_weights
+from structdiffusion.limits import WEIGHTS_BYTES
 from structdiffusion.models.checkpoint import CONFIG_NAME, WEIGHTS_NAME, Checkpointed, CheckpointError
 
 
@@ -75,14 +78,14 @@ class SegmentationNetwork(Checkpointed):
     def save_pretrained(self, folder: str | Path) -> None:
         """Write config and weights (half precision) as they are used: normalisation is part of the convolutions."""
         folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / CONFIG_NAME).write_text(json.dumps({"kind": self.kind, **asdict(self.config)}, indent=2) + "\n")
         weights: dict[str, torch.Tensor] = {}
         for name, module in self.named_modules():
             if isinstance(module, Block):
                 weights |= {f"{name}.{key}": value for key, value in _folded(module[0], module[1]).items()}
         weights |= {"head.weight": self.head.weight.detach(), "head.bias": self.head.bias.detach()}
-        save_file({name: value.half().contiguous().cpu() for name, value in weights.items()}, folder / WEIGHTS_NAME)
+        config = json.dumps({"kind": self.kind, **asdict(self.config)}, indent=2) + "\n"
+        stored = {name: value.half().contiguous().cpu() for name, value in weights.items()}
+        write_all_whole(folder, {CONFIG_NAME: config, WEIGHTS_NAME: save(stored)})
 
     @torch.no_grad()
     def start_from(self, folder: Path, maps: torch.Tensor) -> None:
@@ -99,6 +102,7 @@ class SegmentationNetwork(Checkpointed):
             CheckpointError: for files that are missing, or are no network of the same sizes.
         """
         try:
+            check_weights(folder / WEIGHTS_NAME, WEIGHTS_BYTES)
             state = load_file(folder / WEIGHTS_NAME)
             for name, module in self.named_modules():
                 if isinstance(module, Block):
@@ -106,7 +110,7 @@ class SegmentationNetwork(Checkpointed):
                     module[1].bias.copy_(state[f"{name}.bias"])
             self.head.weight.copy_(state["head.weight"])
             self.head.bias.copy_(state["head.bias"])
-        except (OSError, SafetensorError, KeyError, RuntimeError) as error:
+        except (OSError, ValueError, SafetensorError, KeyError, RuntimeError) as error:
             raise CheckpointError(f"{str(folder)!r} holds no segmentation network to start from: {error}") from error
         blocks = [module for module in self.modules() if isinstance(module, Block)]
         hooks = [block[1].register_forward_pre_hook(_normalise_alike) for block in blocks]

@@ -6,12 +6,13 @@ training.
 
 from __future__ import annotations
 
-import os
+import io
 from pathlib import Path
 
 import numpy as np
 
 from agent.training.segmentation.views import View, draw_views
+from grounding.atomic_files import write_whole
 
 PER_SHARD = 64  # views
 _PER_SCENE = 3
@@ -37,10 +38,9 @@ def fill(folder: Path, first: int, count: int, step: int, seed: int) -> None:
         while len(views) < PER_SHARD:
             views += draw_views(rng, _PER_SCENE)
         arrays = {name: np.stack([getattr(view, name) for view in views[:PER_SHARD]]) for name in _NAMES}
-        half_written = folder / f"{number:05d}.part"
-        with half_written.open("wb") as file:
-            np.savez(file, **arrays)
-        os.replace(half_written, path)
+        content = io.BytesIO()
+        np.savez(content, **arrays)
+        write_whole(path, content.getvalue())
 
 
 def missing(folder: Path, count: int) -> list[int]:

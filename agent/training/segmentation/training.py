@@ -7,7 +7,9 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing.util import get_temp_dir
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -20,6 +22,7 @@ from agent.training.segmentation.network import SegmentationConfig, Segmentation
 from agent.training.segmentation.pool import Pool
 from structdiffusion.training.loop import TrainingOptions, train
 from structdiffusion.training.run_record import RunMetadata
+from structdiffusion.worker_process import serve_parent, without_interruptions
 
 VIEWS = "views"  # the folder of the pool, in that of the run
 _FIRST = 2  # shards there are before the training begins
@@ -122,6 +125,11 @@ class _Views:
         return self.drawn(size, np.random.default_rng(seed))
 
 
+def _draw(temporary: str, *what: Any) -> None:
+    serve_parent(temporary)
+    pool.fill(*what)
+
+
 @contextmanager
 def _drawing(folder: Path, options: SegmentationTraining) -> Iterator[None]:
     """Let other processes draw views as long as the training lasts."""
@@ -129,11 +137,12 @@ def _drawing(folder: Path, options: SegmentationTraining) -> Iterator[None]:
     shards = max(_FIRST, -(-options.views // pool.PER_SHARD))
     count = min(options.workers, len(pool.missing(folder, shards)))
     workers = [
-        context.Process(target=pool.fill, args=(folder, k, shards, count, options.seed), daemon=True)
+        context.Process(target=_draw, args=(get_temp_dir(), folder, k, shards, count, options.seed), daemon=True)
         for k in range(count)
     ]
-    for worker in workers:
-        worker.start()
+    with without_interruptions():
+        for worker in workers:
+            worker.start()
     try:
         yield
     finally:

@@ -15,6 +15,7 @@ from grounding.goal_reading.phrase_references.scene_nouns import SceneNouns
 from grounding.goal_reading.phrase_references.size_choice import SizeChoice
 from grounding.goal_reading.phrase_references.table_places import SIDES_OF_TABLE, TablePlaces
 from grounding.goal_reading.scene_references import SceneReferences
+from grounding.goal_reading.standing_places import PlaceError
 from grounding.references.attributes import MEASURES, ObjectAttributes
 from grounding.references.lexicon import KINDS
 from grounding.references.phrases import ANY, Mention
@@ -62,9 +63,14 @@ class Selection:
             base: the objects of its noun.
 
         Raises:
-            NothingFits: for words whose meaning is not known here.
+            NothingFits: for words whose meaning is not known here, and for words of place where no place is known.
         """
-        found = list(base)
+        try:
+            return self._fitting(phrase, list(base))
+        except PlaceError as error:
+            raise NothingFits(str(error)) from error
+
+    def _fitting(self, phrase: Phrase, found: list[int]) -> list[int]:
         if phrase.among is not None:
             group = set(self._of_phrase(phrase.among))
             found = [i for i in found if i in group]
@@ -207,7 +213,8 @@ class Selection:
             if not colours:
                 raise NothingFits("it is not clear which colour is meant")
             return [i for i in found if self._colour(i) in colours and i not in models]
-        assert test.other is not None  # the parser has read it
+        if test.other is None:  # "the one that is" contrasts with what another phrase says, which is not known here
+            raise NothingFits(f"it is not clear which of the objects here {phrase.text!r} means")
         landmark = self._of_phrase(test.other)
         if test.kind == "between":
             amid = test.word != "and"
@@ -223,8 +230,10 @@ class Selection:
         return self._standing.beside(asked, found, landmark)
 
     def _amid(self, found: list[int], phrase: Phrase, landmark: list[int]) -> list[int]:
-        second = next(each[0].other for each in phrase.tests if each[0].kind == "between" and each[0].word == "and")
-        assert second is not None  # "between ... and ..." has two
+        seconds = [each[0].other for each in phrase.tests if each[0].kind == "between" and each[0].word == "and"]
+        second = seconds[0] if seconds else None
+        if second is None:
+            raise NothingFits(f"it is not clear between what {phrase.text!r} is")
         other = self._of_phrase(second)
         if len(landmark) != 1 or len(other) != 1:
             raise Doubt(landmark + other)

@@ -30,6 +30,7 @@ class ToldObjects:
     ) -> None:
         self._words, self._nouns, self._said, self._find = tuple(words), nouns, said, find
         self._read: list[tuple[int, Phrase, int]] | None = None
+        self._finding: set[int] = set()  # places of phrases whose objects are being found: none tells of itself
 
     def one(self, among: Sequence[int] | None = None) -> list[int]:
         """Return the object that was named last alone, of some objects if given; empty where that is in doubt."""
@@ -65,8 +66,10 @@ class ToldObjects:
         ]
         known = {each.place for each in self._said.before()}
         for start, phrase, end in self._phrases():
-            if end <= place and not known & set(range(start, end)):
+            if end <= place and start not in self._finding and not known & set(range(start, end)):
+                self._finding.add(start)
                 found.append((start, self._meant(phrase)))
+                self._finding.discard(start)
         return [objects for _, objects in sorted(found, key=lambda each: each[0]) if objects != []]
 
     def _meant(self, phrase: Phrase) -> list[int] | None:

@@ -2,6 +2,9 @@
 
 import json
 import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -89,13 +92,20 @@ def test_a_report_is_moved_into_place_and_replaces_the_earlier_one(tmp_path):
 
 
 def test_what_a_killed_batch_left_half_done_is_cleaned_up_and_reports_stay(tmp_path):
-    killed = Results(tmp_path)
-    killed.workplace("b").mkdir()
-    (killed.workplace("b") / "session.jsonl").write_text("half")
+    killed = """
+import os, signal, sys
+from pathlib import Path
+from agent.batch.results import Results
+results = Results(Path(sys.argv[1]))
+results.workplace("b").mkdir()
+(results.workplace("b") / "session.jsonl").write_text("half")
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    assert subprocess.run([sys.executable, "-c", killed, tmp_path]).returncode == -signal.SIGKILL
+    assert len(list(tmp_path.glob(".structagent-work-*/b"))) == 1
     (tmp_path / "rows" / "a").mkdir()
-    os.close(killed._lock)  # which is all that ends with a process that is killed
     with Results(tmp_path) as results:
-        assert not killed.workplace("b").exists() and not results.workplace("b").exists()
+        assert not list(tmp_path.glob(".structagent-work-*/b")) and not results.workplace("b").exists()
         assert [path.name for path in (tmp_path / "rows").iterdir()] == ["a"]
     assert not list(tmp_path.glob(".structagent-work-*"))
 
@@ -219,21 +229,18 @@ def test_results_of_another_kind(key, value, tmp_path):
 
 def test_resuming_reads_every_result_once_and_copies_no_more_of_each_however_many_there_are(tmp_path, monkeypatch):
     """On a file of so many rows the bytes copied per byte, files read and lines parsed per row stay the same."""
-    read, parse = Path.read_bytes, jsonl_journal.entry_of
+    read, parse = jsonl_journal._all_of, jsonl_journal.entry_of
     copied, files, lines = Steps(), Steps(), Steps()
 
-    def counted_read(path):
-        content = read(path)
-        if path.name != RESULTS:
-            return content
+    def counted_read(descriptor):
         files.count += 1
-        return CountedBytes.of(content, copied)
+        return CountedBytes.of(read(descriptor), copied)
 
     def counted_parse(line, keys):
         lines.count += 1
         return parse(line, keys)
 
-    monkeypatch.setattr(Path, "read_bytes", counted_read)
+    monkeypatch.setattr(jsonl_journal, "_all_of", counted_read)
     monkeypatch.setattr(jsonl_journal, "entry_of", counted_parse)
     for rows in (50, 800):
         copied.count = files.count = lines.count = 0
@@ -245,3 +252,56 @@ def test_resuming_reads_every_result_once_and_copies_no_more_of_each_however_man
             assert len(results.by_id) == rows
         assert (files.count, lines.count) == (1, rows + 1)
         assert 0 < copied.count <= 3 * size
+
+
+def test_a_link_put_in_the_place_of_a_rows_folder_while_its_files_are_moved_is_not_followed(tmp_path, monkeypatch):
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    outside.mkdir()
+    (outside / "report.html").write_text("kept")
+    clear = Results._clear
+
+    def cleared_and_swapped(results, name):
+        clear(results, name)
+        (out / "rows" / name).symlink_to(outside)
+
+    monkeypatch.setattr(Results, "_clear", cleared_and_swapped)
+    with Results(out) as results:
+        results.workplace("a").mkdir()
+        (results.workplace("a") / "report.html").write_text("new")
+        with pytest.raises(OSError):
+            results.add(result("a"))
+    assert {path.name: path.read_text() for path in outside.iterdir()} == {"report.html": "kept"}
+
+
+def test_a_link_put_in_the_place_of_the_rows_or_of_the_folder_while_a_batch_works_is_not_followed(tmp_path):
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    (outside / "a").mkdir(parents=True)
+    (outside / "results.jsonl").write_text("kept")
+    (outside / "a" / "report.html").write_text("kept")
+    with Results(out) as results:
+        results.workplace("a").mkdir()
+        (results.workplace("a") / "report.html").write_text("new")
+        (out / "rows").rename(tmp_path / "rows")
+        (out / "rows").symlink_to(outside)
+        results.add(result("a"))
+        out.rename(tmp_path / "moved")
+        out.symlink_to(outside)
+        results.add(result("b"))
+        results.arrange([result("b")])
+        results.write_page("page")
+    assert sorted(path.name for path in outside.rglob("*")) == ["a", "report.html", "results.jsonl"]
+    assert (outside / "results.jsonl").read_text() == (outside / "a" / "report.html").read_text() == "kept"
+    assert (tmp_path / "rows" / "a" / "report.html").read_text() == "new"
+    assert (tmp_path / "moved" / "index.html").read_text() == "page"
+
+
+def test_a_batch_that_is_killed_before_its_first_row_is_resumed(tmp_path, monkeypatch):
+    def killed(*_: object) -> None:
+        raise SystemExit("killed here")
+
+    monkeypatch.setattr("agent.batch.results.check_subfolder", killed)
+    with pytest.raises(SystemExit):
+        Results(tmp_path)
+    monkeypatch.undo()
+    (tmp_path / "rows").mkdir(exist_ok=True)
+    Results(tmp_path).close()

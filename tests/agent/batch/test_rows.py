@@ -5,6 +5,7 @@ import io
 import json
 import sys
 import threading
+import unicodedata
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
@@ -91,6 +92,21 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ('{"text": "a", "id": ""}', 6, ('id cannot be ""',)),
         ('{"text": "a", "id": "../up"}', 6, ('id cannot be "../up"', "folder")),
         ('{"text": "a", "id": ".hidden"}', 6, ('id cannot be ".hidden"',)),
+        ('{"text": "a", "id": "first."}', 6, ('id cannot be "first."', 'the last no "."')),
+        ('{"text": "a", "id": "first "}', 6, ('id cannot be "first "',)),
+        ('{"text": "a", "id": "first\\n"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "a/b"}', 6, ('id cannot be "a/b"',)),
+        ('{"text": "a", "id": "a\\\\b"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "a\\u0000b"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "caf\u00e9"}', 6, ("id cannot be", "letters a-z")),
+        ('{"text": "a", "id": "cafe\u0301"}', 6, ("id cannot be", "letters a-z")),
+        ('{"text": "a", "id": "\uff46irst"}', 6, ("id cannot be",)),
+        ('{"text": "a", "id": "\u202eabc"}', 6, (r'id cannot be "\u202eabc"',)),
+        ('{"text": "a", "id": "CON"}', 6, ('id cannot be "CON"', "some systems")),
+        ('{"text": "a", "id": "lpt1.txt"}', 6, ('id cannot be "lpt1.txt"',)),
+        ('{"text": "a", "id": "' + "a" * 81 + '"}', 6, ("id cannot be", "80 letters")),
+        ('{"text": "a", "id": ["a"]}', 6, ('id cannot be ["a"]',)),
+        ('{"text": "a", "id": "LINE-7"}', 6, ('"LINE-7" is reserved',)),
         ('{"text": "a", "id": "line-007"}', 6, ('"line-007" is reserved', '"line-002"')),
         ('{"text": "a", "id": "First"}', 6, ('"First" is already that of line 1',)),
     ],
@@ -117,13 +133,53 @@ def test_bytes_that_are_no_text(read):
     ("name", "content", "texts"),
     [
         ("orders", f"\n  {GOOD}\n", ["stack the cans"]),
-        ("orders", 'a row\n{"text": "b"}', ["a row", '{"text": "b"}']),
-        ("orders.txt", '{"text": "b"}', ['{"text": "b"}']),
+        ("orders", 'a row\n{"text": "b"}', ["a row", None]),
+        ("orders.txt", '{"text": "b"}', ["b"]),
+        ("orders.txt", f"[{GOOD}]", ["stack the cans"]),
+        ("orders.json", f"[{GOOD},\n{GOOD}]", ["stack the cans"] * 2),
+        ("orders.jsonl", f"[{GOOD}]", ["stack the cans"]),
+        ("orders.txt", '["a row", "stack the cans"]', ["a row", "stack the cans"]),
+        ("orders.txt", "text\ta row".replace("a row", "seed") + "\na row\t7", ["a row"]),
         ("orders.NDJSON", GOOD, ["stack the cans"]),
+        ("orders.txt", GOOD.encode("utf-16"), ["stack the cans"]),
     ],
 )
-def test_format_by_name_and_else_by_the_first_character(read, name, content, texts):
+def test_format_by_content(read, name, content, texts):
     assert [row.text for row in read(content, name)] == texts
+
+
+def test_a_bad_element_of_an_array_costs_no_other_and_is_named_by_its_place(read):
+    content = f'[{GOOD}, {{"text": "a", "text": "b"}}, 7, {{"text": "a", "id": "row-009"}}, {{"seed": 1}}, {GOOD}]'
+    first, twice, number, reserved, textless, last = read(content, "orders.json")
+    assert isinstance(first, Row) and isinstance(last, Row) and (first.id, last.id) == ("row-001", "row-006")
+    assert twice.message == 'row 2: the key "text" is given twice' and "an object such as" in number.message
+    assert '"row-009" is reserved' in reserved.message and '"text"' in textless.message
+    assert {row.exit_code for row in (twice, number, reserved, textless)} == {6}
+
+
+def test_json_among_lines_of_text_is_no_instruction(read):
+    good, bad = read('make a line\n{"text": "stack the cans"}', "orders.txt")
+    assert good.text == "make a line" and bad.message.startswith("line 2: this is JSON in a file of plain text")
+
+
+def test_a_table_gives_rows_with_the_kinds_of_the_keys(read):
+    content = "id,text,seed,execute\nmine,make a line,7,FALSE\n,stack the cans,,\n"
+    content += "other,a row,x,true\nodd,a row,1,maybe\n"
+    mine, plain, *bad = read(content, "orders.csv")
+    assert (mine.id, mine.line, mine.options.seed, mine.options.execute) == ("mine", 2, 7, False)
+    assert (plain.id, plain.text, plain.options) == ("line-003", "stack the cans", DEFAULTS)
+    assert 'seed must be a whole number, got "x"' in bad[0].message
+    assert 'execute must be true or false, got "maybe"' in bad[1].message
+    (odd,) = read("text,colour\nmake a line,red\n", "orders.csv")
+    assert 'the key "colour" is unknown' in odd.message
+
+
+@pytest.mark.parametrize(
+    ("content", "why"), [("[1, 2", "cannot be read as JSON"), (b"PK\x03\x04\0\0", "not text"), ("<html>", "markup")]
+)
+def test_a_file_of_another_kind_is_one_sentence(read, content, why):
+    with pytest.raises(BadInput, match=f"orders.txt' .*{why}.*; legal are an instruction a line"):
+        read(content, "orders.txt")
 
 
 def test_fingerprint_changes_with_what_decides_the_result_and_nothing_else(read, tmp_path):
@@ -237,3 +293,19 @@ def test_a_batch_file_that_is_too_large_is_refused(read, monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(GOOD.encode() * 10)))
     with pytest.raises(BadInput, match="'-' has more than 25 bytes"):
         read_rows("-", DEFAULTS)
+
+
+def test_ids_that_look_like_something_else_are_legal(read):
+    names = ["console", "com", "a" * 80, "7", "a..b", "x-", "x_", "null1"]
+    rows = read("".join(f'{{"id": "{name}", "text": "make a line"}}\n' for name in names))
+    assert [row.id for row in rows] == names and all(isinstance(row, Row) for row in rows)
+
+
+def test_no_two_rows_share_a_folder_on_a_disk_that_knows_no_case_and_no_accents(read):
+    names = ["a", "A", "\u00e9", "e\u0301", "b", "b.", "B", "line-1", "LINE-001", "\uff41"]
+    rows = read("".join(json.dumps({"id": name, "text": "make a line"}) + "\n" for name in names))
+    folded = [unicodedata.normalize("NFKC", row.id).casefold().rstrip(". ") for row in rows]
+    assert len(set(folded)) == len(rows)
+    refused = [row for row in rows if isinstance(row, BadRow)]
+    assert [row.line for row in refused] == [2, 3, 4, 6, 7, 8, 9, 10]
+    assert refused[0].message == 'line 2: the id "A" is already that of line 1; each must be unique'

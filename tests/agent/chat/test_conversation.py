@@ -12,6 +12,7 @@ from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
 from agent.event_base import kind_of
 from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
+from structdiffusion.geometry import pose_from_xyz_yaw
 from tests.agent.chat.conftest import DESK
 
 CUPS = ("cup 1", "cup 2", "cup 3")
@@ -289,7 +290,9 @@ def test_another_candidate_can_be_chosen(conversation, sent):
 def test_a_request_that_fails_leaves_the_proposal_with_its_own_objects(conversation, sent):
     conversation.say("put the cups in a line")
     assert not conversation.say("put everything in a line with gaps of 30 cm")
-    assert of(sent, events.Failed)[-1].step == "propose" and conversation.table.count == 6
+    assert of(sent, events.Failed)[-1].step == "propose"
+    seen = of(sent, events.Perceived)[-2:]  # those of the request, and those that can be built now
+    assert [sum(one.takes_part for one in each.objects) for each in seen] == [6, 3]
     conversation.choose(1)
     assert conversation.table.names[: conversation.table.count] == CUPS
 
@@ -452,3 +455,15 @@ def test_something_that_cannot_take_part_makes_no_plain_success(cache, sent):
         assert of(sent, events.Failed)[-1].message.startswith("2 of 3 objects stand as asked; cup 2")
         assert not conversation.say("put cup 2 and the orange in a line")
         assert of(sent, events.Failed)[-1].message == "cup 2 cannot take part: it has fallen off the table"
+
+
+def test_reset_and_clear_where_nothing_has_changed_are_no_errors(conversation, sent):
+    conversation.reset()
+    conversation.forget()
+    assert [event.message for event in sent] == [
+        "reset: everything is as it was at the start; say what to build", "there is no goal to drop; say what to build",
+    ]  # fmt: skip
+    first = conversation.table.names[0]
+    conversation.table.world.set_pose(0, pose_from_xyz_yaw(0.0, 0.05, 0.0, 0.0) @ conversation.table.poses()[first])
+    conversation.reset()
+    assert sent[-1].how == "reset" and sent[-1].moved == (first,), "what was moved by other means is put back too"

@@ -1,5 +1,8 @@
 """What is suggested first can be read, means what it should, and can be built."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from agent.chat.conversation import Conversation
@@ -11,6 +14,10 @@ from grounding.spec import StructureSpec
 from tests.agent.chat.conftest import DESK
 
 SENTENCE = "put the cups in a small circle on the left"  # of the README
+ROOT = Path(__file__).resolve().parents[3]
+# What a reader says or types: in quotation marks, or after the prompt of a chat.
+SAID = re.compile(r"""(?:["“]|^> )((?:put|stack|line up|make) [^"”\n]+)""", re.MULTILINE)
+SEED = re.compile(r"structagent (?:serve|chat|mcp)[^\n#]*--seed (\d+)")
 
 
 def assert_can_be_read(cache, table, suggested):
@@ -24,21 +31,50 @@ def assert_can_be_read(cache, table, suggested):
 @pytest.mark.parametrize("objects", ["ycb", "procedural"])
 def test_every_table_that_is_drawn_has_an_instruction_that_can_be_read(cache, objects):
     source = cache.source("simulated", objects)
-    texts = set()
+    others = set()
     for seed in range(10):
         with source.set_out(seed) as table:
             suggested = suggestion(table, table.look())
             assert suggested is not None, seed
-            assert len(suggested.objects) == 3 and suggested.spec.shape in ("circle", "line")
+            assert suggested.text == SENTENCE and len(suggested.objects) == 4
             assert_can_be_read(cache, table, suggested)
-            texts.add(suggested.text)
-    assert len(texts) > 2
+            others.update(model.category for model in table.models)
+    assert len(others) > 5, "another table has other objects too"
+
+
+def first_sentences() -> dict[str, str]:
+    """The first sentence that each document about the conversation tells its reader to say, by the document's name."""
+    names = ("README.md", "docs/chat.md", "docs/live-view.md", "docs/mcp.md")
+    said = {name: SAID.findall((ROOT / name).read_text()) for name in names}
+    assert all(said.values()), said
+    return {name: sentences[0] for name, sentences in said.items()}
+
+
+def named_seeds() -> set[int]:
+    """The seeds of the commands in the documents that set a table to talk about."""
+    return {int(seed) for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")) for seed in SEED.findall(path.read_text())}
+
+
+def commands_of_the_tour() -> list[str]:
+    """The instructions for simulated tables in the README's tour."""
+    tour = (ROOT / "README.md").read_text().partition("## Five-minute tour")[2].partition("\n## ")[0]
+    return re.findall(r'structagent run "([^"]+)"(?![^\n]*--scene)', tour)
+
+
+@pytest.mark.parametrize("seed", sorted({0, 1, 3, 4, *named_seeds()}))
+def test_the_first_sentence_of_each_document_works_on_every_table(cache, seed):
+    assert 2 in named_seeds() and len(commands_of_the_tour()) == 2
+    sentences = {**first_sentences(), **{f"README.md, {text}": text for text in commands_of_the_tour()}}
+    options = RunOptions("simulated", model="geometric", seed=seed)
+    for text in dict.fromkeys(sentences.values()):
+        with Conversation(options, cache, []) as conversation:
+            assert conversation.say(text), [name for name, said in sentences.items() if said == text]
 
 
 def test_the_first_table_suits_the_sentence_of_the_readme(cache):
     with cache.source("simulated", "ycb").set_out(0) as table:
         suggested = suggestion(table, table.look())
-    assert suggested.text == SENTENCE and suggested.objects == ("cup 1", "cup 2", "cup 3")
+    assert suggested.text == SENTENCE and suggested.objects == ("cup 1", "cup 2", "cup 3", "cup 4")
     assert invitation(suggested) == f"Say what to build, for example “{SENTENCE}”."
     assert invitation(None) == "Say what to build."
 

@@ -131,6 +131,19 @@ def test_a_defect_costs_a_line_and_is_kept(chat_of, conversation, tmp_path):
     assert chat.defects == 1 and "RuntimeError: out of order" in (tmp_path / "traceback.txt").read_text()
 
 
+@pytest.mark.parametrize(
+    "after", [["put everything in a line with gaps of 30 cm"], ["put the cups in a circle", "/undo"]]
+)
+def test_the_proposal_before_is_shown_and_tried_with_its_own_objects(chat_of, conversation, sent, after):
+    conversation.options = replace(conversation.options, execute=False)
+    shown, chat = chat_of("stack the boxes", *after, "/candidates 1", "y")
+    assert chat.exit_code == 0 and "no arrangement has been proposed yet" not in shown
+    assert ("the proposal before it is unchanged" in shown) == (len(after) == 1)
+    place, tried = [(n, event) for n, event in enumerate(sent) if isinstance(event, events.Tried)][-1]
+    seen = [event for event in sent[:place] if isinstance(event, events.Perceived)][-1]
+    assert len(tried.positions) == sum(one.takes_part for one in seen.objects) == 2
+
+
 def test_a_page_does_not_overwrite_what_is_no_page(chat_of, tmp_path):
     scene, page = tmp_path / "mine.yaml", tmp_path / "mine.html"
     scene.write_text("mine")

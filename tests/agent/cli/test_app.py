@@ -1,5 +1,6 @@
 """The command line: exit codes, one-sentence errors, help, and clean standard output."""
 
+import io
 import json
 import os
 import shutil
@@ -224,6 +225,32 @@ def test_parse_goes_on_after_an_instruction_it_does_not_understand(capsys):
     assert first["spec"]["rotation"] is None and 0 <= first["confidence"]["shape"] <= 1
     assert second["status"] == "refused" and "empty" in second["message"]
     assert "empty" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        ('[\n{"text": "stack the cans"}\n]', "is JSON; parse takes an instruction a line"),
+        ('{"text": "stack the cans"}\n', "is JSON"),
+        ('["stack the cans"', "is JSON"),
+        ("id,text\na,stack the cans\n", "is a table"),
+        ("<html>\n<p>stack the cans", "markup"),
+    ],
+)
+def test_parse_takes_no_data_for_instructions(content, why, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content.encode())))
+    assert command_line(["parse"]) == 6
+    said = capsys.readouterr()
+    assert why in " ".join(said.err.split()) and said.out == ""
+
+
+def test_json_among_lines_costs_its_own_line(monkeypatch, capsys):
+    content = 'stack the cans\n{"text": "make a line"}\nmake a circle\n'
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(content.encode())))
+    assert command_line(["parse", "--json"]) == 3
+    said = capsys.readouterr()
+    assert [json.loads(line)["status"] for line in said.out.splitlines()] == ["ok", "refused", "ok"]
+    assert "is JSON, and no instruction" in " ".join(said.err.split())
 
 
 def test_parse_tells_viewpoint_objects_and_evidence(capsys):

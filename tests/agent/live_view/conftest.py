@@ -38,14 +38,21 @@ class Client:
 
     @property
     def text(self) -> str:
-        """The lines of the conversation."""
-        return "\n".join("".join(piece for piece, _ in message["parts"]) for message in self.of("text"))
+        """The entries of the conversation, one a line; what the user said after "> "."""
+        return "\n".join(words_of(message) for message in self.of("entry"))
 
     def send(self, **message) -> None:
         self.socket.send(json.dumps(message))
 
     def close(self) -> None:
         self._open.close()
+
+
+def words_of(entry: dict) -> str:
+    """The words of an entry of the conversation."""
+    rows = [" ".join(row) for row in entry.get("rows", [])]
+    said = "> " * (entry["type"] == "said")
+    return "\n".join(filter(None, (said + entry.get("text", ""), *entry.get("options", []), *rows)))
 
 
 def address_of(server: ViewServer, path: str = "/") -> str:

@@ -1,15 +1,15 @@
 """The lines of the driver: one for each time that the chat asks, and none that ends or harms what it should not."""
 
-import io
 import os
 import signal
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
-from rich.console import Console
 
 from agent.live_view.driver_lines import LONGEST, DriverLines
+from grounding.parse_result import Question
 
 
 class Page:
@@ -30,7 +30,7 @@ def page() -> Page:
 @pytest.fixture
 def lines(page) -> DriverLines:
     lines = DriverLines(files=True)
-    lines.show_on(page, Console(file=io.StringIO()))
+    lines.show_on(page, lambda line: page.told.append(("said", line)))
     return lines
 
 
@@ -53,6 +53,7 @@ def test_a_line_answers_what_is_asked_and_the_next_has_to_wait(lines, page):
     assert lines.actions["line"]({"line": "and a second one"}) == "the agent is at work; wait, or stop it"
     thread.join(10)
     assert answer == ["put the cups in a circle"]
+    assert page.told.pop() == ("said", "put the cups in a circle")
     assert [payload["prompt"] for _, payload in page.told] == ["> ", ""]
 
 
@@ -115,9 +116,44 @@ def test_stopping_interrupts_the_main_thread_once(lines, page):
         time.sleep(10)
     presser.join(10)
     assert presses == ["", "it is stopping", "it is stopping"]
-    assert page.told[-1] == ("asking", {"prompt": "", "choices": [], "choosing": False, "stopping": True})
+    assert page.told.pop() == ("asking", {"prompt": "", "choices": [], "choosing": False, "stopping": True})
 
 
 def test_ctrl_c_in_the_terminal_ends_the_chat_while_it_asks(lines):
     threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
     assert lines.ask("> ") is None
+
+
+class Talk:
+    """What the buttons follow from, of a conversation."""
+
+    def __init__(self, question=None, rank=0, can_undo=False, asked=False, built=False) -> None:
+        proposal = SimpleNamespace(rank=rank) if rank else None
+        self.question, self.can_undo, self.table, self.examples = question, can_undo, object(), 0
+        self.situation = SimpleNamespace(proposal=proposal, asked=asked, built=built)
+
+    def example(self):
+        self.examples += 1
+        return SimpleNamespace(text="put the cups in a line")
+
+
+@pytest.mark.parametrize(
+    ("talk", "buttons"),
+    [
+        (Talk(), [("put the cups in a line", "put the cups in a line")]),
+        (Talk(rank=3, asked=True, can_undo=True), [("Build arrangement 3", "yes"), ("Show others", "/again"), ("No", "no")]),
+        (Talk(Question("shape", "Which?", ("circle", "line")), 3, True, True), [("circle", "1"), ("line", "2"), ("Drop the question", "/stop")]),
+        (Talk(can_undo=True, asked=True, built=True), [("Undo", "/undo")]),
+        (Talk(can_undo=True, asked=True), [("Show others", "/again"), ("Undo", "/undo")]),
+    ],
+)  # fmt: skip
+def test_the_buttons_are_what_can_be_answered(lines, talk, buttons):
+    lines.answer_for(talk)
+    for _ in range(2):
+        assert [(one["label"], one["line"]) for one in lines._choices()] == buttons
+    assert talk.examples <= 1, "the same table is not looked at for each line"
+
+
+def test_control_characters_in_an_option_are_visible(lines):
+    lines.answer_for(Talk(Question("object", "Which?", ("cup \u202e1",))))
+    assert lines._choices()[0]["label"] == r"cup \u202e1"

@@ -2,7 +2,9 @@
 
 import base64
 import io
+import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from agent.live_view.live_view import LiveView
 from agent.pipeline.event_builders import chosen_event, perceived_event
 from structdiffusion.geometry import matrix_from_quaternion, pose_from_xyz_yaw
 from structdiffusion.observation import Arrangement
+from tests.agent.live_view.conftest import words_of
 
 
 class Sent(list):
@@ -52,7 +55,7 @@ def matrix_of(pose) -> np.ndarray:
 
 
 def text_of(sent) -> str:
-    return "\n".join("".join(piece for piece, _ in payload["parts"]) for payload in sent.all("text"))
+    return "\n".join(words_of(payload) for payload in sent.all("entry"))
 
 
 def test_the_clouds_arrive_whole(view, sent, run_events, scene):
@@ -166,9 +169,11 @@ def test_beside_a_terminal_the_text_of_the_chat_is_shown_too(sent, run_events):
     shown = text_of(sent)
     assert '> put the cups in a small circle <script>alert("x")</script>' in shown
     assert "12 arrangements proposed" in shown and "placed cup 1" in shown and "semantic" in shown
-    styles = {style for payload in sent.all("text") for _, style in payload["parts"]}
-    assert styles <= {"", "bold", "dim", "red", "bold red", "bold cyan"} and "bold red" in styles
-    assert not any("\x1b" in piece for payload in sent.all("text") for piece, _ in payload["parts"])
+    assert {entry["type"] for entry in sent.all("entry")} == {"said", "title", "rows", "line", "check"}
+    assert [entry["rows"][0] for entry in sent.all("entry") if entry["type"] == "rows"][0][:2] == ["shape", "circle"]
+    assert [entry["passed"] for entry in sent.all("entry") if entry["type"] == "check"].count(False) == 1
+    assert {entry["style"] for entry in sent.all("entry") if entry["type"] == "line"} <= {"", "dim", "red", "bold red"}
+    assert not re.search("[\x1b\u2500-\u259f]", shown), "no line, box or block drawn with characters"
 
 
 def test_control_characters_of_a_text_are_made_visible(sent):
@@ -195,3 +200,42 @@ def test_a_proposal_about_other_objects_than_were_seen_brings_its_own_clouds(vie
     view.on_event(chosen_event(1, arrangement, fewer))
     assert [one["takes_part"] for one in sent.last("scene")["objects"]] == [True, True, False, False]
     assert sent.last("candidates")["scene"] == sent.last("scene")["scene"]
+
+
+def talk_about(table, proposal=None, question=None):
+    """A conversation, as far as the view looks at it."""
+    return SimpleNamespace(table=table, situation=SimpleNamespace(proposal=proposal), question=question)
+
+
+def test_beside_an_open_question_no_proposal_is_stepped_through(view, sent, table, run_events):
+    view.on_table(table)
+    proposal = SimpleNamespace(proposed=run_events[3], rank=1)
+    view.on_waiting(talk_about(table, proposal))
+    assert sent.last("candidates")["count"] == 12
+    view.on_event(events.Asked("shape", "Which shape?", ("circle", "line")))
+    assert sent.last("candidates")["count"] == 0
+    told = len(sent.all("candidates"))
+    view.on_waiting(talk_about(table, proposal, question="Which shape?"))
+    assert len(sent.all("candidates")) == told, "the proposal does not come back while the question is open"
+    view.on_waiting(talk_about(table, proposal))
+    assert sent.last("candidates")["count"] == 12
+
+
+@pytest.mark.parametrize("line", [events.Commanded("/objects"), events.Answered("what do you see?", "two boxes")])
+def test_how_a_turn_ended_is_gone_when_the_next_one_begins(view, sent, line):
+    view.on_event(events.Started("put the elephants in a ring", {}))
+    view.on_event(events.Failed("parse", "there are no elephants", 3))
+    assert sent.last("progress")["outcome"] == "failure"
+    view.on_event(line)
+    assert (sent.last("progress")["stage"], sent.last("progress")["outcome"]) == ("", "")
+
+
+def test_how_a_turn_ended_is_gone_after_a_line_that_was_no_turn(view, sent, table):
+    """Such as "7" where nothing can be chosen, which only the screen answers."""
+    view.on_table(table)
+    view.on_event(events.Started("put the elephants in a ring", {}))
+    view.on_event(events.Failed("parse", "there are no elephants", 3))
+    view.on_waiting(talk_about(table))
+    assert sent.last("progress")["outcome"] == "failure", "it is shown until a line is said"
+    view.on_waiting(talk_about(table))
+    assert sent.last("progress")["outcome"] == ""

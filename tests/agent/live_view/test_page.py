@@ -1,12 +1,15 @@
 """The page in a real browser: what is drawn, what its controls send, and how it fits a phone."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from agent import events
+from agent.arm.events import Planned
 from agent.chat.view import ChatScreen
 from agent.live_view.live_view import LiveView
 from agent.live_view.server import ViewServer
@@ -18,7 +21,7 @@ from structdiffusion.observation import Arrangement
 pytest.importorskip("websockets", reason="needs the extra `view`")
 DESKTOP, PHONE = (1280, 800), (390, 844)
 SHOTS = os.environ.get("STRUCTAGENT_TEST_SHOTS")  # a folder for the pictures, for who wants to look at them
-STAGE = (slice(60, 640), slice(240, 880))  # of a desktop's picture, where no control lies over the table
+STAGE = (slice(60, 600), slice(40, 840))  # of a desktop's picture, where no control lies over the table
 
 
 @pytest.fixture
@@ -54,8 +57,13 @@ def view(server, table) -> LiveView:
     view.on_event(events.Proposed("geometric", candidates, 0.5, scene=scene, arrangements=arrangements))
     view.on_event(chosen_event(1, arrangements[0], scene))
     choices = [{"label": "Build arrangement 1", "line": "yes"}, {"label": "No", "line": "no"}]
-    server.publish("asking", {"prompt": "build it? [y/n] > ", "choices": choices, "choosing": True, "stopping": False})
+    ask(server, "build it? [y/n] > ", True, choices)
     return view
+
+
+def ask(server, prompt: str = "> ", choosing: bool = False, choices=()) -> None:
+    """Let the server ask for a line, as the chat does."""
+    server.publish("asking", {"prompt": prompt, "choices": list(choices), "choosing": choosing, "stopping": False})
 
 
 @pytest.fixture
@@ -94,7 +102,8 @@ def test_the_table_the_arm_the_clouds_and_the_goal_are_drawn(opened, view):
     assert wood.mean() > 0.1, "the table is there"
     page.press("#arm")
     without_arm = drawn(page)
-    assert changed(whole, without_arm) > 3000, "the arm is there"
+    assert changed(whole, without_arm) == 0, "at rest it is nearly transparent: the table is not covered by it"
+    assert (whole != without_arm).any(), "the arm is there"
     page.press("#ghosts")
     without_goal = drawn(page)
     assert changed(without_arm, without_goal) > 150, "the goal is there"
@@ -126,17 +135,29 @@ def test_objects_and_the_arm_move(opened, view, table):
     place = page.value("document.querySelector('#labels span').style.transform")
     table.world.set_pose(0, pose_from_xyz_yaw(0.0, 0.25, 0.1, 0.5) @ table.poses()[table.names[0]])
     table.arm.teleport(table.arm.configuration() + 0.3)
+    assert page.value("structagent.scene.armSeen") < 0.1
     view._show_poses()
+    page.wait("structagent.scene.armSeen === 1", 5)
     page.wait(f"document.querySelector('#labels span').style.transform !== {place!r}")
     assert changed(before, drawn(page)) > 3000
+    page.wait("structagent.scene.armSeen < 0.1", 10)
 
 
 def test_the_chat_is_shown_as_text_and_lines_are_sent(opened, view, screen, lines):
     page = opened()
-    screen.note('<img src=x onerror="alert(1)"><script>alert(2)</script>')
+    hostile = '<img src=x onerror="alert(1)"><script>alert(2)</script>'
+    screen.note(hostile)
+    screen.on_event(events.Asked("object", hostile, (hostile, "cup 1")))
+    screen.listing([(hostile, hostile)])
+    screen.said(hostile)
+    screen.on_event(events.Answered("what is there?", "two objects:\n  cup 1   red\n  cup 22  blue"))
     screen.complain("that cannot be built")
     page.wait("document.querySelector('#log .red')?.textContent === 'that cannot be built'")
     assert page.value("document.querySelectorAll('#log img, #log script').length") == 0
+    assert page.value("document.getElementById('log').textContent.split('<script>').length") == 7
+    cells = page.value("[...[...document.querySelectorAll('#log table')].at(-1).rows].map(r => [...r.cells].map(c => c.textContent))")
+    assert cells == [["cup 1", "red"], ["cup 22", "blue"]]
+    assert page.value("getComputedStyle(document.querySelector('#log .red')).fontFamily").find("mono") < 0
     page.type("#line", "put the boxes in a circle")
     wait_for_lines(page, lines, ["put the boxes in a circle"])
     assert page.value("document.getElementById('line').value") == ""
@@ -172,7 +193,16 @@ def test_a_phone_shows_everything_within_its_width(opened, view, screen):
     assert outside == []
     last = "(r => r.bottom)(document.querySelector('#log p:last-child').getBoundingClientRect())"
     assert page.value(last) <= page.value("document.getElementById('log').getBoundingClientRect().bottom") + 1
-    assert page.value("document.getElementById('scene').clientHeight") > 300
+    assert page.value("document.getElementById('scene').clientHeight") > 260
+    too_small = page.value(
+        "[...document.querySelectorAll('button, input')].filter(e => e.getClientRects().length)"
+        ".map(e => [e.id || e.textContent, e.getBoundingClientRect()])"
+        ".filter(([, r]) => r.height < 40 || r.width < 40).map(([name]) => name)"
+    )
+    assert too_small == [], "a finger hits every button"
+    over = "((a, b) => a.bottom <= b.top || a.top >= b.bottom)(...['camera', 'scene'].map(box))"
+    page.value("window.box = id => document.getElementById(id).getBoundingClientRect()")
+    assert page.value(over), "the picture of the camera lies beside the table, not over it"
     assert page.errors == []
 
 
@@ -245,3 +275,116 @@ def wait_for_lines(page, lines, expected) -> None:
             return
         page.value("new Promise(done => setTimeout(done, 50))")
     assert lines == expected
+
+
+def test_small_pictures_show_the_best_arrangements_and_choose(opened, view, lines):
+    page = opened()
+    page.wait("document.querySelectorAll('#thumbnails button').length === 3")
+    names = page.value("[...document.querySelectorAll('#thumbnails button')].map(b => b.getAttribute('aria-label'))")
+    assert names[0] == "arrangement 1, score 0.90, the best" and names[1].startswith("arrangement 2, score 0.80")
+    pixels = page.value(
+        "[...document.querySelectorAll('#thumbnails canvas')].map(c => [...c.getContext('2d')"
+        ".getImageData(0, 0, c.width, c.height).data].join())"
+    )
+    assert len(set(pixels)) == 3, "each shows its own arrangement"
+    page.press("#thumbnails button:nth-child(2)")
+    wait_for_lines(page, lines, ["/choose 2"])
+
+
+def test_who_watches_only_looks_at_the_small_pictures(opened, view, lines):
+    opened()
+    watcher = opened()
+    watcher.press("#thumbnails button:nth-child(3)")
+    watcher.wait("document.getElementById('rank').textContent.startsWith('3 of 3')")
+    assert lines == []
+
+
+def test_no_bar_and_no_small_pictures_beside_a_question_and_while_building(opened, server, view):
+    page = opened()
+    page.wait("!document.getElementById('candidates').hidden")
+    view.on_event(Planned(0, (0, 1), ("side", "side"), 1.0))
+    ask(server, prompt="")
+    hidden = "document.getElementById('candidates').hidden && document.getElementById('thumbnails').hidden"
+    page.wait(hidden)
+    assert page.value("structagent.scene.ghosts.length") == 2, "what is being built is seen"
+    view.on_event(events.Asked("shape", "Which shape?", ("circle", "line")))
+    ask(server, "1-2> ", choices=[{"label": "circle", "line": "1"}, {"label": "line", "line": "2"}])
+    page.wait("document.querySelectorAll('#choices button').length === 2")
+    assert page.value(hidden) and page.value("structagent.scene.ghosts.length") == 0
+
+
+def test_what_is_understood_and_checked_stands_in_tables(opened, server, run_events):
+    screen = page_screen(server, echo=True)
+    for event in run_events:
+        screen.on_event(event)
+    page = opened()
+    page.wait("document.querySelectorAll('#log table.checks tr').length > 0")
+    assert page.value("document.querySelector('#log .card h2').textContent").startswith("understood")
+    slots = page.value("[...document.querySelector('#log .card table').rows].map(r => r.cells[0].textContent)")
+    assert slots == ["shape", "size", "x position", "y position", "rotation"]
+    checks = page.value("[...document.querySelector('#log table.checks').rows].map(r => r.className)")
+    assert "failed" in checks and set(checks) <= {"passed", "failed"}
+
+
+def test_a_red_message_goes_when_the_next_turn_begins(opened, server, screen, view):
+    page = opened()
+    server.publish("refused", {"reason": "not now"})
+    page.wait("!document.getElementById('refused').hidden")
+    screen.said("put the boxes in a line")
+    page.wait("document.getElementById('refused').hidden")
+
+
+SERVER = """
+import sys, time
+from agent.live_view.server import ViewServer
+from agent.live_view.transcript import page_screen
+with ViewServer("127.0.0.1", int(sys.argv[1]), actions={"line": lambda asked: ""}) as server:
+    {more}
+    print("ready", flush=True)
+    time.sleep(600)
+"""
+OLD = """
+    page_screen(server, echo=False).note("of the first start")
+    server.publish("candidates", {"scene": 1, "count": 0})
+    server.publish("progress", {"stage": "cup 1 is in the hand", "placed": 1, "motions": 3, "outcome": ""})
+    server.publish("busy", {"what": "reading"})
+    server.publish("refused", {"reason": "not now"})
+    server.publish("asking", {"prompt": "build it?", "choosing": True, "stopping": False,
+                              "choices": [{"label": "Build arrangement 1", "line": "yes"}]})
+"""
+
+
+def started(port: int, more: str) -> subprocess.Popen[str]:
+    """Start a server in a process of its own that tells its pages more."""
+    code = SERVER.replace("{more}", more.strip())
+    process = subprocess.Popen([sys.executable, "-c", code, str(port)], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "ready\n"
+    return process
+
+
+def test_after_a_kill_and_a_restart_the_page_shows_the_state_that_is(opened):
+    with ViewServer("127.0.0.1", 0) as free:
+        port = free.access.port
+    first = started(port, OLD)
+    try:
+        page = opened(address=f"http://127.0.0.1:{port}/")
+        page.wait("document.querySelectorAll('#choices button').length === 1 && structagent.state.placed === 1")
+        first.kill()
+        first.wait()
+        page.wait("document.getElementById('role').textContent === 'the connection is lost; trying again'")
+        unusable = "['form', 'choices', 'take-over', 'stop'].every(id => document.getElementById(id).hidden)"
+        assert page.value(unusable), "nothing can be pressed that nobody answers"
+    finally:
+        first.kill()
+        first.wait()
+    second = started(port, 'page_screen(server, echo=False).note("of the second start")')
+    try:
+        page.wait("document.getElementById('log').textContent.includes('of the second start')", 30)
+        shown = page.value("document.body.innerText")
+        assert "structagent was started again" in shown and "you drive" in shown
+        for old in ("of the first start", "Build arrangement 1", "cup 1 is in the hand", "not now", "reading"):
+            assert old not in shown
+        assert page.value("document.getElementById('bar').hidden && document.getElementById('candidates').hidden")
+    finally:
+        second.kill()
+        second.wait()

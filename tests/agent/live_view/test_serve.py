@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import partialmethod
 
 import pytest
-from rich.console import Console
 
 from agent.arm.trajectories import trajectory
 from agent.chat.run import converse
@@ -76,11 +75,12 @@ def test_a_chat_with_two_pages(tmp_path):
     session = tmp_path / "session.jsonl"
     with ViewServer("127.0.0.1", 0, actions=lines.actions) as server:
         screen = page_screen(server, echo=False)
-        lines.show_on(server, screen.console)
+        lines.show_on(server, screen.said)
 
         def act() -> None:
             driver = Client(server)
-            asked(driver, "> ")
+            (first,) = asked(driver, "> ")["choices"]
+            assert first["line"] == "put the cups in a small circle on the left"
             watcher = Client(server)
             driver.send(kind="line", line="put the cups in a circle on the left")
             choices = asked(driver, "build it?")
@@ -106,12 +106,16 @@ def test_a_chat_with_two_pages(tmp_path):
             asked(watcher, "> ")
             assert "interrupted" in watcher.text and "stopped " in watcher.text
             assert watcher.of("asking")[-2]["stopping"]
+            assert [one["line"] for one in watcher.of("asking")[-1]["choices"]] == ["/again", "/undo"]
 
             watcher.send(kind="line", line="/undo")
             asked(watcher, "> ")
             assert watcher.of("candidates")[-1] == {"kind": "candidates", "scene": 2, "count": 0}, "its ghosts are gone"
             for pose in watcher.of("poses")[-1]["objects"].values():
                 assert pose[:3] == pytest.approx([0, 0, 0], abs=2e-3), "everything is where it was seen"
+            watcher.send(kind="line", line="/reset")
+            asked(watcher, "> ")
+            assert watcher.of("entry")[-1]["style"] == "dim" and "reset: " in watcher.text
             watcher.send(kind="line", line="/load nowhere.yaml")
             asked(watcher, "> ")
             assert "nowhere.yaml" in watcher.text
@@ -183,7 +187,7 @@ def test_run_with_a_view_shows_the_table_and_the_goal(tmp_path, monkeypatch, cap
         "candidates",
         "chosen",
         "progress",
-        "text",
+        "entry",
         "picture",
     } <= set(kept)
     address = address_in(capsys)
@@ -204,6 +208,15 @@ def test_without_the_extra_one_sentence_names_it(command, tmp_path, monkeypatch,
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(("more", "anywhere"), [([], False), (["--any-file"], True)])
+def test_pages_name_files_of_the_session_and_of_the_working_folder(tmp_path, monkeypatch, more, anywhere):
+    given = []
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("agent.live_view.serve.converse", lambda *arguments: given.append(arguments[-1]) or DONE)
+    assert command_line(["serve", "--port", "0", "--out", "out", *more]) == DONE
+    assert given[0].folders == (None if anywhere else (tmp_path / "out", tmp_path))
+
+
 def test_a_port_in_use_is_told_before_anything_is_loaded(tmp_path, watched, capsys):
     port = str(watched.access.port)
     assert command_line(["serve", "--port", port, "--out", str(tmp_path / "out")]) == USAGE
@@ -214,4 +227,3 @@ def test_a_port_in_use_is_told_before_anything_is_loaded(tmp_path, watched, caps
 def test_the_screen_of_the_page_says_nothing_of_keys():
     server = type("Server", (), {"publish": lambda *_: None})()
     assert page_screen(server, echo=False).keys == "" and "Ctrl" not in page_screen(server, echo=False)._at_work
-    assert isinstance(page_screen(server, echo=False).console, Console)

@@ -208,7 +208,7 @@ def test_a_message_that_is_too_long_ends_the_connection(driven, join, asked):
 
 def test_pages_that_come_later_get_the_state(watched, join):
     watched.publish("scene", {"scene": 1})
-    watched.publish("text", {"parts": [["hello", ""]]})
+    watched.publish("entry", {"type": "line", "text": "hello", "style": ""})
     page = join(watched)
     page.until("scene")
     assert page.text == "hello"
@@ -222,7 +222,7 @@ def test_the_end_is_told(join):
     with pytest.raises(ConnectionClosed) as closed:
         page.until("nothing")
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1001, "structagent has ended")
-    server.publish("text", {"parts": []})  # nobody is there any more
+    server.publish("entry", {"type": "line", "text": "", "style": ""})  # nobody is there any more
     assert not any(thread.name == "live view" and thread.is_alive() for thread in threading.enumerate())
 
 

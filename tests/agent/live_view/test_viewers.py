@@ -14,6 +14,11 @@ def waiting(viewer) -> list[str]:
     return asyncio.run(viewer.messages())
 
 
+def after_the_first(viewer) -> list[str]:
+    """What waits after the greeting of a new viewer."""
+    return waiting(viewer)[1:]
+
+
 def test_the_first_page_drives_and_the_others_watch():
     viewers = Viewers(drivable=True)
     first, second = viewers.add(drives=True), viewers.add(drives=True)
@@ -58,14 +63,15 @@ def test_beside_a_terminal_nobody_drives():
 def test_a_new_viewer_gets_the_last_message_of_each_kind_and_the_last_lines():
     viewers = Viewers(drivable=True)
     for number in range(MOST_LINES + 7):
-        viewers.tell_all("text", json.dumps(number))
+        viewers.tell_all("entry", json.dumps(number))
     viewers.tell_all("scene", "old scene")
     viewers.tell_all("candidates", "of the old scene")
     viewers.tell_all("poses", "of the old scene")
     viewers.tell_all("scene", "new scene")
     viewers.tell_all("poses", "first")
     viewers.tell_all("poses", "last")
-    got = waiting(viewers.add(drives=True))
+    hello, *got = waiting(viewers.add(drives=True))
+    assert json.loads(hello)["kind"] == "hello"
     assert got == [*(str(number) for number in range(7, MOST_LINES + 7)), "new scene", "last"]
 
 
@@ -76,21 +82,27 @@ def test_of_what_a_slow_viewer_has_not_read_only_the_last_of_each_kind_waits():
         viewers.tell_all("poses", f"poses {number}")
         viewers.tell_all("progress", f"progress {number}")
     assert not slow.overrun
-    assert waiting(slow) == ["poses 9999", "progress 9999"]
+    assert after_the_first(slow) == ["poses 9999", "progress 9999"]
 
 
 def test_a_viewer_that_reads_nothing_is_given_up():
     viewers = Viewers(drivable=True)
     slow = viewers.add(drives=True)
-    for number in range(2 * MOST_LINES + 1):
+    for number in range(2 * MOST_LINES):
         assert not slow.overrun
-        viewers.tell_all("text", str(number))
+        viewers.tell_all("entry", str(number))
     assert slow.overrun
 
 
 def test_the_order_of_messages_is_kept():
     viewers = Viewers(drivable=True)
     page = viewers.add(drives=True)
-    for kind in ("scene", "text", "poses", "scene", "text", "poses"):
+    for kind in ("scene", "entry", "poses", "scene", "entry", "poses"):
         viewers.tell_all(kind, kind)
-    assert waiting(page) == ["text", "scene", "text", "poses"]
+    assert after_the_first(page) == ["entry", "scene", "entry", "poses"]
+
+
+def test_another_start_greets_with_another_name():
+    greetings = [json.loads(waiting(Viewers(drivable=True).add(drives=True))[0]) for _ in range(2)]
+    assert [one["kind"] for one in greetings] == ["hello", "hello"]
+    assert greetings[0]["start"] != greetings[1]["start"]

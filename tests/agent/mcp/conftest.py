@@ -98,12 +98,12 @@ def serving(folder: Path, models: ResourceCache, approve_all: bool = False) -> I
 
     worker = TableWorker()
     try:
-        with AuditLog(folder / "audit.jsonl") as log:
-            table = worker.at_once(lambda: SharedTable(OPTIONS, folder, models))
-            try:
+        table = worker.at_once(lambda: SharedTable(OPTIONS, folder, models))
+        try:
+            with AuditLog(folder / "audit.jsonl") as log:
                 yield Served(table, worker, make_server(table, worker, log, approve_all), folder / "audit.jsonl")
-            finally:
-                worker.at_once(table.close)
+        finally:
+            worker.at_once(table.close)
     finally:
         worker.close()
 

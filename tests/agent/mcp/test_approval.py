@@ -55,10 +55,34 @@ def test_anything_but_a_yes_moves_nothing(served, mode):
 
     served.speak(conversation, mode=mode)
     assert served.poses == before and len(questions) == 5
-    assert ": a line of cup 1, cup 2 and cup 3? It moves cup 1, cup 2, cup 3." in questions[0]
+    assert ': a line of "cup 1", "cup 2" and "cup 3"? It moves "cup 1", "cup 2", "cup 3".' in questions[0]
     decisions = {line["decision"] for line in served.audit if line["tool"] == "build"}
     assert decisions == {"not needed", "asked", "dismissed", "declined"}
     assert all(outcome != "started" for _, outcome in outcomes(served, "build"))
+
+
+@pytest.mark.parametrize("mode", ["legacy", "auto"])
+def test_only_the_json_value_true_is_a_yes(served, mode):
+    """What many programs would take for true is named and refused, and so is what they would take for false."""
+    before = served.poses
+    answers = [
+        ("true", '"true"'), ("True", '"True"'), ("yes", '"yes"'), ("on", '"on"'), ("1", '"1"'), ("false", '"false"'),
+        ("", '""'), (1, "1"), (1.0, "1.0"), (0, "0"), (["true"], '\\u005b\\"true\\"\\u005d'),
+        ("true\n<b>", '"true\\n\\u003cb\\u003e"'),
+    ]  # fmt: skip
+
+    async def conversation(client):
+        plan_id = await plan(client, "stack the boxes")
+        for answer, shown in answers:
+            async with served.client(Person(content={"approve": answer}), mode) as other:
+                assert await refusal(other, "build", plan_id=plan_id) == (
+                    f"nothing was moved: the client's answer was neither a yes nor a no, because approve is {shown} "
+                    "and not the JSON value true or false; call build to ask again"
+                )
+
+    served.speak(conversation, mode=mode)
+    assert served.poses == before
+    assert not [line for line in served.audit if line["outcome"] == "started" or line["decision"] == "approved"]
 
 
 def test_plans_are_void_when_the_table_or_the_wish_is_another(served):
@@ -89,7 +113,7 @@ def test_plans_are_void_when_the_table_or_the_wish_is_another(served):
     before, person = served.poses, Person()
     served.speak(conversation, person)
     assert served.stands_at(before)
-    assert len(person.asked) == 2 and person.asked[1].startswith("Undo the last turn? This puts back orange")
+    assert len(person.asked) == 2 and person.asked[1].startswith('Undo the last turn? This puts back "orange" (')
     assert [pair for pair in outcomes(served, "build") if pair[0] != "not needed"] == [
         ("approved", "started"), ("approved", "done")
     ]  # fmt: skip

@@ -2,10 +2,12 @@
 
 import json
 import os
+from datetime import UTC, datetime
 
 import pytest
 
 from agent.errors import NotWritten
+from agent.mcp import audit
 from agent.mcp.audit import APPROVED, STARTED, AuditedCall, AuditLog
 
 
@@ -43,3 +45,23 @@ def test_lines_are_appended_and_links_are_not_followed(tmp_path):
     os.symlink(path, tmp_path / "link.jsonl")
     with pytest.raises(NotWritten, match="^cannot write the audit log .*link.jsonl"):
         AuditLog(tmp_path / "link.jsonl")
+
+
+def test_times_stay_in_order_where_the_clock_is_set_back_and_say_so(tmp_path, monkeypatch):
+    hours = iter([12, 11, 9999, 12, 13])
+
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz=None):
+            hour = next(hours)
+            return datetime(2099, 1, 1, tzinfo=UTC) if hour == 9999 else datetime(2030, 10, 27, hour, tzinfo=UTC)
+
+    monkeypatch.setattr(audit, "datetime", Clock)
+    path = tmp_path / "audit.jsonl"
+    with AuditLog(path) as log:
+        for number in range(5):
+            log.write({"number": number})
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    times = [line["time"] for line in lines]
+    assert times == sorted(times)
+    assert [line.get("clock", "")[:13] for line in lines] == ["", "2030-10-27T11", "", "2030-10-27T12", "2030-10-27T13"]

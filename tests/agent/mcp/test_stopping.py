@@ -49,7 +49,7 @@ def test_the_arm_halts_within_half_a_second(served, halted, how):
         results, began = [], []
 
         async def progress(number, total, message):
-            if message.startswith("picked orange"):
+            if message.startswith('picked "orange"'):
                 holding.set()
 
         async def build():
@@ -98,7 +98,7 @@ def test_a_client_that_goes_away_stops_the_arm(tmp_path, models, monkeypatch):
         moving = anyio.Event()
 
         async def progress(number, total, message):
-            if message.startswith("picked orange"):
+            if message.startswith('picked "orange"'):
                 moving.set()
 
         async def build(other):
@@ -128,7 +128,7 @@ def test_stop_drops_what_is_open(served):
         assert asked["status"] == "question" and "circle" in asked["options"] and not asked["plans"]
         assert (await data(client, "stop"))["message"] == "the question is dropped; nothing was moved"
         await data(client, "propose", text="put the cups")
-        assert (await data(client, "propose", text="line"))["wish"] == "a line of cup 1, cup 2 and cup 3"
+        assert (await data(client, "propose", text="line"))["wish"] == 'a line of "cup 1", "cup 2" and "cup 3"'
 
     served.speak(conversation)
 

@@ -23,13 +23,15 @@ from tests.agent.mcp.conftest import QUICK, Person, data, plan, refusal
 from tests.commands import structagent
 
 TOKEN = "a-token-of-enough-characters"
-SCHEMAS = ("objects", "status", "status", "stands", "success", "stopped", "moved", "page")
+SCHEMAS = ("objects", "status", "status", "status", "stands", "success", "stopped", "moved", "page")
 
 
 async def whole_conversation(client, person: Person) -> None:
     """Look, parse, propose, preview, refuse, build with approval, report, undo."""
     tools = {tool.name: tool for tool in (await client.list_tools()).tools}
-    assert [*tools] == ["look", "parse", "propose", "preview", "build", "stop", "undo", "report"]
+    assert [*tools] == [
+        "look", "parse", "propose", "propose_again", "preview", "build", "stop", "undo", "report"
+    ]  # fmt: skip
     for tool, field in zip(tools.values(), SCHEMAS, strict=True):
         assert field in tool.output_schema["properties"] and tool.input_schema["additionalProperties"] is False
         assert tool.description and tool.annotations.destructive_hint == (tool.name in ("build", "undo"))
@@ -38,7 +40,7 @@ async def whole_conversation(client, person: Person) -> None:
     assert [one["name"] for one in seen.structured_content["objects"]][-1] == "orange"
     assert seen.content[1].type == "image" and seen.content[1].mime_type == "image/webp"
     read = await data(client, "parse", text="stack the boxes on the left")
-    assert read["status"] == "ok" and read["parts"] == ["tower of box 1, box 2, left"]
+    assert read["status"] == "ok" and read["parts"] == ['tower of "box 1", "box 2", left']
     assert "dragon" in await refusal(client, "propose", text="put the dragons in a line")
     plan_id = await plan(client)
     assert (await data(client, "preview", plan_id=plan_id))["stands"] and not person.asked
@@ -52,7 +54,7 @@ async def whole_conversation(client, person: Person) -> None:
     assert built.structured_content["success"] and built.structured_content["moved"] == ["orange"]
     assert len(person.asked) == 1 and "orange" in person.asked[0]
     assert [number for number, _ in steps] == [*range(1, len(steps) + 1)]
-    assert any(message.startswith("picked orange") for _, message in steps)
+    assert any(message.startswith('picked "orange"') for _, message in steps)
 
     report = await data(client, "report")
     assert report["success"] and report["instruction"] == QUICK and os.path.getsize(report["page"]) > 10_000
@@ -60,8 +62,8 @@ async def whole_conversation(client, person: Person) -> None:
         (content,) = (await client.read_resource(uri)).contents
         assert getattr(content, "text", None) or content.blob, uri
     scene = json.loads((await client.read_resource("structagent://scene")).contents[0].text)
-    assert scene["asked"] == "orange left of box 1"
-    with pytest.raises(MCPError, match="has no picture 'x'; legal: camera-before, "):
+    assert scene["asked"] == '"orange" left of "box 1"'
+    with pytest.raises(MCPError, match='has no picture "x"; legal: camera-before, '):
         await client.read_resource(f"structagent://turns/{report['turn']}/pictures/x")
     assert (await data(client, "undo"))["moved"] == ["orange"]
 
@@ -123,7 +125,7 @@ def test_a_client_that_is_lost_stops_its_build_over_http(served, monkeypatch):
         picked = anyio.Event()
 
         async def progress(number, total, message):
-            if message.startswith("picked orange"):
+            if message.startswith('picked "orange"'):
                 picked.set()
 
         async def build(client, plan_id: str) -> None:

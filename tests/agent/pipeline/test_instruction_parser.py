@@ -54,6 +54,9 @@ def test_lines_come_as_they_are_written():
         ([b"caf\xc3", b"\xa9\n"], [["café"]]),
         ([b"a \xff line\n"], [[f"a {NO_TEXT} line"]]),
         ([b"caf\xc3"], [[f"caf{NO_TEXT}"]]),
+        ([b"\xef\xbb\xbf", b"a\nb\n"], [["a", "b"]]),
+        (["a café\n".encode("utf-16"), "b".encode("utf-16-le")], [["a café"], ["b"]]),
+        (["a café\nb".encode("utf-16-be")], [["a café"], ["b"]]),
     ],
 )
 def test_lines_of_a_pipe(pieces, expected):

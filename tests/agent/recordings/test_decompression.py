@@ -14,7 +14,6 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
 from agent.errors import BadInput
-from agent.recordings import bag_reader
 from agent.recordings.bag_reader import open_bag
 from agent.recordings.decompression import UnpackingLimits
 from agent.recordings.load import read_recording
@@ -101,8 +100,7 @@ def test_a_damaged_piece_is_reported(tmp_path):
         lengths(path, UnpackingLimits())
 
 
-def test_a_database_that_makes_up_its_messages_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(bag_reader, "BAG_MESSAGE_BYTES", 100_000)
+def test_a_database_that_makes_up_its_messages_is_refused(tmp_path):
     path = write_bag(tmp_path / "bag.db3", session([0.1]))
     with apsw.Connection(str(path)) as database:
         database.execute(
@@ -111,7 +109,7 @@ def test_a_database_that_makes_up_its_messages_is_refused(tmp_path, monkeypatch)
             "INSERT INTO messages(id, topic_id, timestamp) SELECT id, topic_id, timestamp FROM kept"
         )
     with pytest.raises(BadInput, match="too big"):
-        lengths(path, UnpackingLimits())
+        lengths(path, UnpackingLimits(piece=100_000))
 
 
 BILLION = "a0: &a0 [1, 2, 3, 4, 5, 6, 7, 8, 9]\n" + "".join(

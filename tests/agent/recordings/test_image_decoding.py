@@ -1,6 +1,7 @@
 """Pictures out of messages: every encoding, padded, of either byte order, compressed, and broken."""
 
 import io
+import zlib
 from types import SimpleNamespace
 
 import numpy as np
@@ -143,6 +144,18 @@ def test_a_cut_or_boastful_compressed_picture_is_refused():
     with pytest.raises(BadInput, match="damaged"):
         compressed_color(message)
     boast = compressed(colors(), "PNG").data.copy()
-    boast[16:24] = np.frombuffer((10_000).to_bytes(4, "big") * 2, np.uint8)  # width and height in the header
-    with pytest.raises(BadInput, match="10000 x 10000|neither JPEG nor PNG"):
-        compressed_color(SimpleNamespace(format="", data=boast))
+    for side in (10_000, 13_000, 100_000, 2_000_000_000):  # Pillow itself refuses the last two, and warns at the second
+        boast[16:24] = np.frombuffer(side.to_bytes(4, "big") * 2, np.uint8)  # width and height in the header
+        boast[29:33] = np.frombuffer(zlib.crc32(boast[12:29].tobytes()).to_bytes(4, "big"), np.uint8)
+        for read in (compressed_color, compressed_depth, compressed_size):
+            with pytest.raises(BadInput, match=f"claims {side} x {side} pixels"):
+                read(SimpleNamespace(format="", data=boast))
+
+
+def test_a_progressive_picture_of_many_scans_is_refused():
+    """Each scan goes over all pixels, and takes a few bytes."""
+    data = compressed(colors(), "JPEG").data.tobytes()
+    scan = data[data.index(b"\xff\xda") : -2]
+    many = data[:-2] + scan * 200 + data[-2:]
+    with pytest.raises(BadInput, match="201 scans; at most 100"):
+        compressed_color(SimpleNamespace(format="", data=np.frombuffer(many, np.uint8)))

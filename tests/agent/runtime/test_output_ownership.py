@@ -13,7 +13,16 @@ from agent.rendering.image_files import Picture
 from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter, run_session
-from agent.runtime.output_ownership import MARKER, check_own_folder, claim_folder, files_written, mark, remove_written
+from agent.runtime.atomic_files import opened
+from agent.runtime.output_ownership import (
+    MARKER,
+    check_own_folder,
+    claim_folder,
+    files_written,
+    mark,
+    own_folder,
+    remove_written,
+)
 
 REPORT = {
     "schema_version": 2, "version": "0.1.0", "instruction": "", "options": {}, "outcome": {}, "scene": None,
@@ -23,6 +32,21 @@ REPORT = {
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def listed_in(folder: Path, kind: str = "run") -> set[str]:
+    with opened(folder) as place:
+        return files_written(place, kind)
+
+
+def marked(folder: Path, kind: str, names: list[str]) -> None:
+    with opened(folder) as place:
+        mark(place, kind, names)
+
+
+def removed(folder: Path, kind: str) -> None:
+    with opened(folder) as place:
+        remove_written(place, kind)
 
 
 def record_with(*names: str) -> RunRecord:
@@ -52,7 +76,7 @@ def test_a_folder_of_somebody_else_is_refused_before_any_work(command, tmp_path,
 def test_a_folder_is_taken_by_its_own_kind_alone(kind, tmp_path):
     for folder in (tmp_path / "missing", tmp_path):
         check_own_folder(folder, kind)
-    mark(tmp_path, kind, ["a"])
+    marked(tmp_path, kind, ["a"])
     for other in ("run", "chat", "batch", "evaluation"):
         if other == kind:
             check_own_folder(tmp_path, other)
@@ -85,8 +109,8 @@ def test_what_a_manifest_may_not_name(tmp_path):
     names = ["../outside/mine", str(outside / "mine"), "sub/mine", "sub", "link", "linked", "linked/mine", "..", ".", "",
              "own", "gone", "a\0b", 7, None, MARKER]  # fmt: skip
     (folder / MARKER).write_text(json.dumps({"marker_version": 1, "kind": "run", "files": names}))
-    assert files_written(folder, "run") == {"own"}
-    remove_written(folder, "run")
+    assert listed_in(folder) == {"own"}
+    removed(folder, "run")
     assert sorted(path.name for path in folder.iterdir()) == [MARKER, "link", "linked", "notes", "sub"]
     assert (outside / "mine").read_text() == (folder / "sub" / "mine").read_text() == "kept"
 
@@ -96,7 +120,7 @@ def test_the_next_run_removes_the_pictures_of_the_last_and_nothing_else(tmp_path
     (tmp_path / "holiday.webp").write_bytes(b"RIFF")
     record_with("two").write(tmp_path)
     assert sorted(contents(tmp_path)) == [MARKER, "holiday.webp", "report.html", "report.json", "two.webp"]
-    assert files_written(tmp_path, "run") == {"report.html", "report.json", "two.webp"}
+    assert listed_in(tmp_path) == {"report.html", "report.json", "two.webp"}
 
 
 def test_a_report_of_an_earlier_version_is_recognised_and_its_pictures_removed(tmp_path):
@@ -130,7 +154,7 @@ def test_a_report_of_somebody_else(report, tmp_path):
     (tmp_path / "a.webp").write_bytes(b"RIFF")
     with pytest.raises(UsageError, match="did not write"):
         check_own_folder(tmp_path, "run")
-    assert files_written(tmp_path, "run") == set()
+    assert listed_in(tmp_path) == set()
 
 
 def test_a_session_of_somebody_else_beside_a_report_of_ours(tmp_path):
@@ -155,7 +179,7 @@ def test_by_force_a_folder_is_taken_and_what_is_in_it_stays(tmp_path):
     (tmp_path / "notes").write_text("mine")
     claim_folder(tmp_path, "evaluation", force=True)
     check_own_folder(tmp_path, "evaluation")
-    remove_written(tmp_path, "evaluation")
+    removed(tmp_path, "evaluation")
     assert (tmp_path / "notes").read_text() == "mine"
 
 
@@ -165,6 +189,7 @@ def test_a_link_in_the_place_of_a_report_is_replaced_and_not_followed(tmp_path):
     folder.mkdir()
     for name in ("report.json", "report.html", "session.jsonl", MARKER):
         (folder / name).symlink_to(tmp_path / "mine")
+    claim_folder(folder, "run", force=True)
     with run_session(folder, {}) as session:
         session.on_event(RecordedEvent({"kind": "perceived"}))
         record_with().write(folder)
@@ -247,3 +272,41 @@ def test_two_runs_in_one_folder(tmp_path):
             second.on_event(RecordedEvent({"kind": "perceived"}))
         session.on_event(RecordedEvent({"kind": "noted", "message": "still mine"}))
     assert "still mine" in (tmp_path / "session.jsonl").read_text()
+
+
+def foreign(folder: Path) -> dict[str, bytes]:
+    """Make a folder with files of somebody else under the names of ours, and return what it contains."""
+    folder.mkdir()
+    for name in ("report.html", "report.json", "session.jsonl", "one.webp", "notes"):
+        (folder / name).write_text("mine")
+    return contents(folder)
+
+
+def test_a_link_put_in_a_folders_place_between_the_check_and_the_writing_leads_nowhere(tmp_path):
+    outside, out = tmp_path / "outside", tmp_path / "out"
+    before = foreign(outside)
+    out.mkdir()
+    check_own_folder(out, "run")
+    out.rmdir()
+    out.symlink_to(outside)
+    with run_session(out, {}) as session, pytest.raises(UsageError, match="did not write"):
+        session.on_event(RecordedEvent({"kind": "perceived"}))
+    with pytest.raises(UsageError, match="did not write"):
+        record_with("one").write(out)
+    with pytest.raises(UsageError, match="did not write"):
+        SessionWriter(out / "session.jsonl", {}, owner="chat")
+    assert contents(outside) == before
+
+
+def test_a_link_put_in_the_place_of_a_folder_that_is_open_leads_nowhere(tmp_path):
+    outside, out = tmp_path / "outside", tmp_path / "out"
+    before = foreign(outside)
+    with own_folder(out, "run") as place:
+        out.rename(tmp_path / "moved")
+        out.symlink_to(outside)
+        mark(place, "run", ["one.webp"])
+        place.write({"one.webp": "ours"})
+        assert files_written(place, "run") == {"one.webp"}
+        remove_written(place, "run")
+    assert contents(outside) == before
+    assert list(contents(tmp_path / "moved")) == [MARKER]

@@ -2,13 +2,15 @@
 
 import json
 import os
+from datetime import datetime
 from pathlib import Path
 
 import pytest
 
 from agent.cli.app import command_line
 from agent.errors import BadInput, UsageError
-from agent.runtime.output_paths import check_file, check_folder, write_report
+from agent.runtime import output_paths
+from agent.runtime.output_paths import check_file, check_folder, folder_or_new, write_report
 
 
 @pytest.mark.parametrize(
@@ -69,3 +71,27 @@ def test_a_pipe_is_a_file(tmp_path):
 def test_a_report_is_written_into_a_new_folder(tmp_path):
     (path,) = write_report({"n": 1}, tmp_path / "new" / "report.json")
     assert json.loads(path.read_text()) == {"n": 1}
+
+
+def test_a_folder_that_nobody_named_is_new_whatever_the_clock_says(tmp_path, monkeypatch):
+    """As in the hour that comes twice in autumn, or for two commands that begin in one second."""
+    monkeypatch.chdir(tmp_path)
+
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz=None):
+            return datetime(2030, 10, 27, 2, 30)
+
+    monkeypatch.setattr(output_paths, "datetime", Clock)
+    with folder_or_new(None, "seed0") as first:
+        (first / "report.html").write_text("kept")
+        with folder_or_new(None, "seed0") as second, folder_or_new(None, "seed0") as third:
+            (third / "report.html").write_text("kept")
+    names = ["20301027-023000-seed0", "20301027-023000-seed0-2", "20301027-023000-seed0-3"]
+    assert [first.name, second.name, third.name] == names
+    assert sorted(path.name for path in Path("out").iterdir()) == [names[0], names[2]]  # an empty one goes
+
+
+def test_a_folder_that_was_named_is_taken_as_it_is(tmp_path):
+    with folder_or_new(tmp_path / "new", "seed0") as folder:
+        assert folder == tmp_path / "new" and not folder.exists()

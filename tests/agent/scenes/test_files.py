@@ -14,7 +14,7 @@ from agent.errors import BadInput
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.reporting.run_report import RunRecord
 from agent.scenes.files import PlacedObject, SceneFileError, parse_scene, read_text, write_scene
-from agent.scenes.object_placement import load_scene, placement_of, pose_of
+from agent.scenes.object_placement import drawn_objects, load_scene, placement_of, pose_of, saved_objects
 from agent.scenes.sources import FileSource, scene_source
 from tests.agent.scenes.goals import a_line
 
@@ -232,6 +232,28 @@ def test_own_meshes_are_found_from_the_file_and_take_its_noun_and_colour(tmp_pat
     assert block.model.color == pytest.approx((0, 128 / 255, 1))
     assert (thing.name, thing.model.category, thing.display_name) == ("left one", "thing", "left one thing")
     assert block.model.height == pytest.approx(0.06, abs=1e-3)
+
+
+def test_one_of_several_objects_in_a_mesh_file_is_named_by_its_node(tmp_path):
+    pack = trimesh.Scene()
+    for number, name in enumerate(("mug", "plate")):
+        pack.add_geometry(
+            trimesh.creation.box((0.05, 0.08, 0.05)), node_name=name, geom_name=name,
+            transform=trimesh.transformations.translation_matrix((0.3 * number, 0, 0)),
+        )  # fmt: skip
+    (tmp_path / "meshes").mkdir()
+    pack.export(tmp_path / "meshes" / "pack.glb")
+    text = "version: 1\nobjects:\n- {mesh: meshes/pack.glb/plate, x: 0.4, y: 0.1}\n"
+    (plate,) = load_scene(written(tmp_path / "scene.yaml", text))
+    assert (plate.name, plate.model.category) == ("plate", "plate")
+    assert plate.model.height == pytest.approx(0.08, abs=1e-3)
+    (saved,) = saved_objects([plate], [plate.world_from_object], tmp_path / "elsewhere")
+    assert saved.mesh == "../meshes/pack.glb/plate"
+    for mesh, why in (("pack.glb", "holds 2 objects that stand apart, mug, plate"), ("pack.glb/cup", "holds 2")):
+        with pytest.raises(SceneFileError, match=f"3: .*{why}"):
+            load_scene(written(tmp_path / "scene.yaml", text.replace("pack.glb/plate", mesh)))
+    drawn = drawn_objects([plate.model], [np.eye(4)], str(tmp_path / "meshes"))
+    assert drawn[0].source == (tmp_path / "meshes" / "pack.glb" / "plate").resolve()
 
 
 def test_pose_and_numbers_are_each_others_inverse(tmp_path):

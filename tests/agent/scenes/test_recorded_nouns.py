@@ -8,10 +8,12 @@ from PIL import Image
 
 from agent import events
 from agent.chat.table_facts import object_facts
+from agent.errors import UsageError
 from agent.perception import perceive
 from agent.perception.segments import Segment
 from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
+from agent.runtime.output_ownership import OwnFolder, check_own_folder
 from agent.scenes.record_bag import record_session
 from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
 from agent.scenes.table_scene import TableScene
@@ -71,6 +73,15 @@ def test_the_question_shows_the_picture_and_the_guesses():
     assert question.endswith("--call 'object 3=cup' says what an object is")
     path = question.split("numbered in ")[1].split(";")[0]
     assert Image.open(path).size == (6, 4)
+
+
+def test_the_picture_is_in_the_output_folder_of_the_command(tmp_path):
+    folder = tmp_path / "out"
+    question = how_to_name(FOUND, "object 3", np.full((4, 6, 3), 80, np.uint8), OwnFolder(folder, "run"))
+    assert f"numbered in {folder / 'objects.png'};" in question and Image.open(folder / "objects.png").size == (6, 4)
+    check_own_folder(folder, "run")  # the command may be repeated
+    with pytest.raises(UsageError):
+        check_own_folder(folder, "chat")
 
 
 @pytest.fixture(scope="module")

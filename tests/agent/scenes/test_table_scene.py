@@ -163,18 +163,20 @@ def test_putting_back_takes_what_the_arm_holds_out_of_its_hand(stacked):
     assert stacked.put_back(before) == ()
 
 
-def test_an_assortment_has_a_few_of_two_nouns_and_one_other():
-    library = procedural_objects(count=120, seed=0)
-    for seed in range(3):
-        drawn = assortment(library, np.random.default_rng(seed))
-        numbers = Counter(model.category for model in drawn.models)
-        assert sorted(numbers.values()) == [1, 2, 3], numbers
-        assert numbers[drawn.models[-1].category] == 1  # the other one comes last
-    again = assortment(library, np.random.default_rng(2))
-    assert [model.name for model in again.models] == [model.name for model in drawn.models]
+def test_an_assortment_has_cups_and_cans_and_two_of_another_noun_in_turn():
+    library, further = procedural_objects(count=120, seed=0), set()
+    for turn in range(4):
+        drawn = assortment(library, np.random.default_rng(turn), turn)
+        nouns = [model.category for model in drawn.models]
+        assert nouns[:7] == ["cup"] * 4 + ["can"] * 3 and nouns[7] == nouns[8] and nouns[9] not in nouns[:9]
+        further.add(nouns[7])
+    assert len(further) == 4
+    again = assortment(library, np.random.default_rng(2), 2)
+    same = assortment(library, np.random.default_rng(2), 2)
+    assert [model.name for model in again.models] == [model.name for model in same.models]
 
 
-def test_where_no_noun_is_frequent_there_is_still_a_table_to_talk_about():
+def test_without_cups_and_cans_there_is_still_a_table_to_talk_about():
     library = procedural_objects(count=34, seed=0)  # two of each kind
     drawn = assortment(library, np.random.default_rng(0))
     assert len(drawn.models) > 2 and drawn.count == len(drawn.models) - 1

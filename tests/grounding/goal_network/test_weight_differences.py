@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 
-from grounding.goal_network.weight_differences import CODES, LEGAL_BITS, STEP, packed, save_packed, unpacked
+from grounding.goal_network.weight_differences import CODES, LEGAL_BITS, STEP, packed, packed_bytes, unpacked
 from grounding.goal_network.writer import CORRECTIONS, WEIGHTS, GoalNetworkError, NetworkWriter
 
 
@@ -56,7 +56,7 @@ def test_illegal_bits_and_other_shapes_are_refused(arrays):
 def test_file_says_its_bits(arrays, tmp_path):
     from safetensors import safe_open
 
-    save_packed(*arrays, 4, tmp_path / "model.safetensors")
+    (tmp_path / "model.safetensors").write_bytes(packed_bytes(*arrays, 4))
     with safe_open(tmp_path / "model.safetensors", "np") as file:
         assert file.metadata() == {"bits": "4"}
 

@@ -9,6 +9,7 @@ from grounding.goal_reading.written_references import UnusableGoalError
 from grounding.goals.goal import Goal
 from grounding.llm_goals import endpoint
 from grounding.llm_goals.endpoint import SCHEMA, EndpointGoals, read_goal
+from grounding.parsers import llm_endpoint
 from grounding.parsers.llm_endpoint import EndpointLLM
 from grounding.parsers.llm_reply import IllegalReplyError
 from prompts import load_prompt, prompt_lines
@@ -158,10 +159,11 @@ def test_a_text_that_is_too_long_is_not_sent():
 def test_a_real_server_takes_the_schema_and_keeps_to_it(llama_url, monkeypatch):  # noqa: F811
     """The small model fills the schema with nonsense, but it is JSON of the schema as far as it comes."""
     monkeypatch.setattr(endpoint, "MAX_ANSWER_TOKENS", 40)
+    monkeypatch.setattr(llm_endpoint, "REASONING_TOKENS", 0)
     goals = EndpointGoals(EndpointLLM(llama_url, "smollm2", answer_seconds=120))
     goals.prompt = "Read."
     said = []
     monkeypatch.setattr(endpoint, "read_goal", lambda content, secrets: said.append(content) or "unclear")
     assert goals.parts(SPOKEN, []) == "unclear"
     assert said[0].replace(" ", "").replace("\n", "").startswith('{"request":"')
-    assert goals.endpoint._knows_schema  # it was not asked without
+    assert "response_format" in goals.endpoint.dialect.keys  # it was not asked without

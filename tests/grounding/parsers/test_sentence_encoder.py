@@ -104,3 +104,25 @@ def test_another_kind_of_network_is_refused(copy):
     (copy / "config.json").write_text('{"model_type": "gpt2", "hidden_size": 768}')
     with pytest.raises(EncoderError, match="is a gpt2 of width 768; it must be a bert of width 384"):
         SentenceEncoder(str(copy))
+
+
+def test_a_network_of_fewer_layers_shares_the_arrays_of_the_whole():
+    """The readers need three layers, the planners all: the words alone would be there twice with 47 MB."""
+    encoder = SentenceEncoder()
+    few, whole = encoder.network(3), encoder.network()
+    again = encoder.network(3)
+    assert (len(few.layers), len(again.layers), len(whole.layers)) == (3, 3, 6)
+    assert again.words is whole.words and all(map(lambda one, other: one is other, again.layers, whole.layers))
+    assert encoder.network().layers[5] is whole.layers[5]
+
+
+def test_the_words_are_read_where_they_are_used():
+    """They are a view of the file and equal to what is in it."""
+    from safetensors import safe_open
+
+    encoder = SentenceEncoder()
+    with safe_open(encoder.folder / "model.safetensors", framework="np") as file:
+        words = file.get_tensor("embeddings.word_embeddings.weight")
+    found = encoder.network(1).words
+    assert found.dtype == np.float32 and not found.flags.owndata and not found.flags.writeable
+    assert np.array_equal(found[::997], words[::997])

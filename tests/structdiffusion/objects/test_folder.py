@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from structdiffusion.objects import decomposition, mesh_preparation
-from structdiffusion.objects.folder import category_of, folder_objects
+from structdiffusion.objects import decomposition, mesh_files
+from structdiffusion.objects.file_nouns import category_of
+from structdiffusion.objects.folder import folder_objects
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.meshes import clean
 from structdiffusion.objects.model import ObjectError
@@ -50,8 +51,9 @@ def test_a_pointed_thing_is_no_vessel_whatever_it_is_called(tmp_path):
 
 
 def test_every_format_loads_in_the_object_frame(tmp_path):
-    for suffix in (".obj", ".stl", ".ply", ".glb"):
+    for suffix in (".obj", ".stl", ".ply"):
         trimesh.creation.box([0.04, 0.10, 0.06]).export(tmp_path / f"box_{suffix[1:]}{suffix}")
+    trimesh.creation.box([0.04, 0.06, 0.10]).export(tmp_path / "box_glb.glb")  # with y up
     (tmp_path / "notes.txt").write_text("not a mesh")
     models = load_objects(tmp_path)
     assert [model.name for model in models] == ["box_glb", "box_obj", "box_ply", "box_stl"]
@@ -88,7 +90,7 @@ def test_unknown_folder(tmp_path):
 
 def test_folder_without_meshes(tmp_path):
     (tmp_path / "readme.txt").write_text("none")
-    with pytest.raises(ObjectError, match=r"holds no mesh: .* ending in \.obj, \.stl, \.ply, \.glb"):
+    with pytest.raises(ObjectError, match=r"holds no mesh: .* ending in \.obj, \.stl, \.ply, \.glb, \.gltf$"):
         load_objects(tmp_path)
 
 
@@ -118,8 +120,8 @@ def test_absurd_size_speaks_of_units(tmp_path, side):
 def test_a_mesh_that_is_too_large_is_refused_before_it_is_read(tmp_path, monkeypatch):
     cup().export(tmp_path / "cup.stl")
     size = (tmp_path / "cup.stl").stat().st_size
-    monkeypatch.setattr(mesh_preparation, "MESH_BYTES", size - 1)
-    monkeypatch.setattr(mesh_preparation.trimesh, "load", None)
+    monkeypatch.setattr(mesh_files, "MESH_BYTES", size - 1)
+    monkeypatch.setattr(mesh_files.trimesh, "load_scene", None)
     with pytest.raises(ObjectError, match=f"cup.stl' has {size} bytes; at most {size - 1} are read: simplify it"):
         load_objects(tmp_path)
 
@@ -127,7 +129,7 @@ def test_a_mesh_that_is_too_large_is_refused_before_it_is_read(tmp_path, monkeyp
 @pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply", ".glb"])
 def test_a_mesh_of_too_many_faces_is_refused(tmp_path, monkeypatch, suffix):
     cup().export(tmp_path / f"cup{suffix}")
-    monkeypatch.setattr(mesh_preparation, "MESH_FACES", 100)
+    monkeypatch.setattr(mesh_files, "MESH_FACES", 100)
     with pytest.raises(ObjectError, match=f"cup{suffix}' has [0-9]+ faces; at most 100 are read: simplify it"):
         load_objects(tmp_path)
 
@@ -143,7 +145,7 @@ def test_a_scene_that_places_a_mesh_too_often_is_refused_before_it_is_made(tmp_p
     rest = content[20 + length :]
     header = b"glTF" + struct.pack("<IIII", 2, 20 + len(text) + len(rest), len(text), 0x4E4F534A)
     (tmp_path / "box.glb").write_bytes(header + text + rest)
-    monkeypatch.setattr(mesh_preparation.trimesh, "load", None)
+    monkeypatch.setattr(mesh_files.trimesh, "load_scene", None)
     with pytest.raises(ObjectError, match="has 12[0-9]{5} faces; at most 600000 are read"):
         load_objects(tmp_path)
     (tmp_path / "box.glb").write_bytes(header[:12] + struct.pack("<I", 2**31) + text)

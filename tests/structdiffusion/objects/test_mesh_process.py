@@ -38,7 +38,7 @@ def test_a_mesh_that_takes_too_long_is_stopped_with_a_sentence(large, monkeypatc
 
 
 def test_a_large_mesh_is_the_same_object_whether_prepared_apart_or_here(large):
-    apart, here = object_from_file(large, "ball", "ball"), prepare(large, "ball", "ball")
+    apart, here = object_from_file(large, "ball", "ball"), prepare(large, "ball", "ball")[0]
     assert (apart.name, apart.category, apart.mass, apart.color) == (here.name, here.category, here.mass, here.color)
     for ours, theirs in zip(apart.hulls, here.hulls, strict=True):
         assert ours.dtype == theirs.dtype and np.array_equal(ours, theirs)

@@ -8,6 +8,7 @@ from functools import partial
 import pytest
 import torch
 
+from grounding.atomic_files import OpenFolder
 from structdiffusion.data.batches import DemonstrationBatches
 from structdiffusion.models.checkpoint import CheckpointError, parameter_count
 from structdiffusion.models.collision import CollisionDiscriminator
@@ -117,11 +118,11 @@ def test_one_device_takes_plain_steps(tmp_path):
     plain, loss = toy()
     optimizer = torch.optim.AdamW(plain.parameters(), lr=2e-3, weight_decay=0.01, fused=True)
     average = {name: tensor.clone() for name, tensor in plain.state_dict().items()}
-    generator = torch.Generator().manual_seed(0)
+    generator = torch.Generator()
     for step in range(20):
         optimizer.param_groups[0]["lr"] = learning_rate(step, OPTIONS)
         optimizer.zero_grad()
-        loss(generator)["loss"].backward()
+        loss(generator.manual_seed(step))["loss"].backward()
         torch.nn.utils.clip_grad_norm_(plain.parameters(), 1.0)
         optimizer.step()
         for name, tensor in plain.state_dict().items():
@@ -161,6 +162,43 @@ def test_a_run_that_was_only_interrupted_is_one_session(tmp_path):
     list(train(model, loss, tmp_path, halfway, CPU, metadata=here))
     (session,) = json.loads((tmp_path / "training.json").read_text())["sessions"]
     assert (session["first_step"], session["last_step"]) == (0, 20)
+
+
+class Killed(BaseException):
+    """Ends a run as a signal does."""
+
+
+@pytest.mark.parametrize("writes", range(1, 14))
+def test_a_run_that_is_killed_at_any_write_ends_as_one_that_was_not(writes, tmp_path, monkeypatch):
+    """A killed run repeats what it had not saved, and draws what it drew before: the weights are the same to the bit."""
+    here, often = RunMetadata("1.0", {}, 16), replace(OPTIONS, save_seconds=0.0)
+
+    def run(folder) -> None:
+        model, loss = toy()
+        list(train(model, loss, tmp_path / folder, often, CPU, metadata=here))
+
+    run("whole")
+    replace_file, left = OpenFolder.replace, iter([True] * writes)
+
+    def killed(place, *names):
+        if not next(left, False):
+            raise Killed
+        replace_file(place, *names)
+
+    monkeypatch.setattr(OpenFolder, "replace", killed)
+    with pytest.raises(Killed):
+        run("killed")
+    monkeypatch.undo()
+    run("killed")
+    whole, resumed = tmp_path / "whole", tmp_path / "killed"
+    assert sorted(path.name for path in resumed.iterdir()) == sorted(path.name for path in whole.iterdir())
+    for name in ("config.json", "model.safetensors"):
+        assert (resumed / name).read_bytes() == (whole / name).read_bytes()
+    assert [row["step"] for row in rows(resumed)] == [row["step"] for row in rows(whole)]
+    assert [row["loss"] for row in rows(resumed)] == [row["loss"] for row in rows(whole)]
+    told = json.loads((resumed / "training.json").read_text())
+    assert told["files"] == json.loads((whole / "training.json").read_text())["files"]
+    assert [(session["first_step"], session["last_step"]) for session in told["sessions"]] == [(0, 20)]
 
 
 def test_seconds_without_a_record_are_not_a_later_sessions(tmp_path, monkeypatch):

@@ -19,6 +19,7 @@ from agent.evaluation.success.config import SuccessConfig
 from agent.evaluation.success.measure import measure_success
 from agent.evaluation.success.report import print_success, write_success
 from agent.pipeline.resources import ResourceCache
+from agent.runtime.atomic_files import opened
 from agent.runtime.output_ownership import mark
 from grounding.spec import SHAPES
 from structdiffusion.observation import Arrangement
@@ -163,7 +164,8 @@ def test_a_folder_of_something_else_is_left_alone(config, tmp_path):
     (tmp_path / "rows.jsonl").write_text('{"id": 1}\n')
     with pytest.raises(UsageError, match="holds files that structagent did not write as the output of an evaluation"):
         measure_success(config, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
-    mark(tmp_path, "evaluation", ("rows.jsonl",))
+    with opened(tmp_path) as place:
+        mark(place, "evaluation", ("rows.jsonl",))
     with pytest.raises(BadInput, match="has rows.jsonl but no about.json; choose another --out"):
         measure_success(config, MODELS, STRUCTURES, 1, workers=0, out=tmp_path)
     (tmp_path / "about.json").write_text("[]")
@@ -242,7 +244,8 @@ def test_options_that_are_not_legal(objects, option, said, capsys):
 
 @pytest.mark.parametrize("name", ["about.json", "rows.jsonl", "eval.json"])
 def test_a_folder_in_place_of_a_file(objects, tmp_path, capsys, name):
-    mark(tmp_path, "evaluation", ())
+    with opened(tmp_path) as place:
+        mark(place, "evaluation", ())
     (tmp_path / name).mkdir()
     command = ["evaluate", "success", "--objects", str(objects), "--model", "geometric", "--out", str(tmp_path)]
     assert command_line(command) == 6

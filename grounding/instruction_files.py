@@ -1,0 +1,230 @@
+"""Tell what a file of instructions is by its content: lines of text, JSON rows, a JSON array, or a table.
+
+A file that is none of these is named as what it is; nothing but plain text is taken for instructions.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+import json
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+LEGAL = (
+    "legal are an instruction a line, JSON lines, a JSON array of rows, and a table whose first line names the columns"
+)
+TEXT, JSON, TABLE = "text", "json", "table"
+TEXT_COLUMNS = ("text", "instruction")
+_BYTE_ORDER_MARKS = (
+    (codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF32_LE, "utf-32-le"), (codecs.BOM_UTF32_BE, "utf-32-be"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"),
+)  # fmt: skip
+_DELIMITERS = "\t,;"
+# What begins a JSON object or array, and no sentence.
+_JSON_BEGINNING = re.compile(
+    r'\s*(?:\{\s*(?:$|"|\}\s*$)|\[\s*(?:$|[\[{"]|\]\s*$|-?\d+(?:\.\d+)?\s*,|(?:null|true|false)\b))'
+)
+_MARKUP = re.compile(rb"\s*<(?:!doctype|html|\?xml|[a-z]+[ >])", re.IGNORECASE)
+# What else a file can begin with, and a list of sentences does not.
+_OTHERS = {"YAML": re.compile(rb"(?:---|%YAML|- *\w+:|\w+: *$)"), "a Markdown table": re.compile(rb" *\|")}
+_SEPARATOR = re.compile(rb"\t|;(?! )|,(?! )")
+
+
+class InstructionFileError(ValueError):
+    """A file of another kind; the message follows its name."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One row of a file.
+
+    Attributes:
+        number: of its line, or of its place in an array, from 1.
+        content: UTF-8, which may be damaged: a line of text, a JSON value, or the JSON object of a table's cells.
+    """
+
+    number: int
+    content: bytes
+
+
+@dataclass(frozen=True)
+class Entries:
+    """The rows of a file.
+
+    Attributes:
+        kind: `TEXT`, `JSON`, or `TABLE`, whose cells are all strings.
+        unit: what a number counts: "line" or "row".
+        rows: in order; blank lines and comments are left out.
+    """
+
+    kind: str
+    unit: str
+    rows: list[Entry]
+
+
+def encoding_of(content: bytes) -> tuple[str, int]:
+    """Return the encoding of a file's beginning, and the length of its byte order mark."""
+    for mark, encoding in _BYTE_ORDER_MARKS:
+        if content.startswith(mark):
+            return encoding, len(mark)
+    # Latin letters in UTF-16 have a zero in every second byte.
+    head = content[:200]
+    odd, even = head[1::2].count(0), head[::2].count(0)
+    if len(head) >= 2 and max(odd, even) > 0.8 * (len(head) // 2):
+        return ("utf-16-le" if odd > even else "utf-16-be"), 0
+    return "utf-8", 0
+
+
+def as_utf8(content: bytes) -> bytes:
+    """Return a text in UTF-8 without a byte order mark; bytes that are no text stay where the file is UTF-8.
+
+    Raises:
+        InstructionFileError: for bytes that are no text.
+    """
+    encoding, mark = encoding_of(content)
+    body = content[mark:]
+    if encoding != "utf-8":
+        try:
+            return body.decode(encoding).encode()
+        except UnicodeError:
+            raise InstructionFileError(f"begins as {encoding.upper()} text does, and is none") from None
+    if b"\0" in body:
+        raise InstructionFileError(f"is not text: it has zero bytes; {LEGAL}")
+    return body
+
+
+def read_entries(content: bytes, kind: str | None = None) -> Entries:
+    """Divide a file into its rows.
+
+    Args:
+        content: of the file.
+        kind: that its name promises, if any.
+
+    Raises:
+        InstructionFileError: for a file of another kind.
+    """
+    content = as_utf8(content)
+    if _MARKUP.match(content):
+        raise InstructionFileError(f"is a page or a document in markup; {LEGAL}")
+    lines = [Entry(number, line.rstrip(b"\r")) for number, line in enumerate(content.split(b"\n"), start=1)]
+    lines = [line for line in lines if line.content.strip()]
+    said = [line for line in lines if not line.content.lstrip().startswith(b"#")]
+    if not said:
+        return Entries(kind or TEXT, "line", lines if kind == JSON else [])
+    first = said[0].content.decode("utf-8", "replace")
+    if kind != TABLE and (kind == JSON or looks_like_json(first) or _all_quoted(said)):
+        return _json_entries(content, lines if kind == JSON else said, promised=kind == JSON)
+    if kind == TABLE or _delimiter(first) is not None:
+        return _table_entries(content, first)
+    for other, beginning in _OTHERS.items():
+        if beginning.match(said[0].content):
+            raise InstructionFileError(f"looks like {other}; {LEGAL}")
+    if _like_a_table(said):
+        raise InstructionFileError(
+            "looks like a table, and its first line names no column "
+            f"{' or '.join(map(repr, TEXT_COLUMNS))}; without a table, leave out its separators"
+        )
+    return Entries(TEXT, "line", said)
+
+
+def looks_like_json(text: str) -> bool:
+    """Tell whether a text begins as a JSON object or array does, and not as a sentence does."""
+    return _JSON_BEGINNING.match(text) is not None
+
+
+def _like_a_table(lines: Sequence[Entry]) -> bool:
+    """Tell whether lines have as many cells each, between separators as no sentence has them."""
+    cells = {tuple(_SEPARATOR.findall(line.content.strip())) for line in lines}
+    return len(lines) > 1 and len(cells) == 1 and bool(next(iter(cells)))
+
+
+def _all_quoted(lines: Collection[Entry]) -> bool:
+    return all(line.content.lstrip().startswith(b'"') and _is_json(line.content, str) for line in lines)
+
+
+def _is_json(content: bytes, kind: type) -> bool:
+    try:
+        return isinstance(json.loads(content), kind)
+    except (ValueError, RecursionError):
+        return False
+
+
+def _json_entries(content: bytes, lines: list[Entry], promised: bool) -> Entries:
+    """Divide JSON into its rows: the lines, or the elements of an array, or objects of several lines each."""
+    by_lines = Entries(JSON, "line", lines)
+    is_array = content.lstrip().startswith(b"[")
+    # Each line is judged on its own, so that one that is damaged costs no other.
+    if not is_array and (_is_json(lines[0].content, dict) or _all_quoted(lines)):
+        return by_lines
+    try:
+        values = _values(content.decode("utf-8", "replace"))
+    except (ValueError, RecursionError) as error:
+        begun = [line.content.lstrip().startswith(b"{") for line in lines]
+        if not is_array and (promised or all(begun) or any(_is_json(line.content, dict) for line in lines)):
+            return by_lines
+        where = f": {error.msg} in line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
+        raise InstructionFileError(f"begins as JSON does, and cannot be read as JSON{where}; {LEGAL}") from None
+    if is_array and len(values) > 1:
+        return by_lines
+    rows = _values(values[0].strip()[1:-1], commas=True) if is_array else values
+    return Entries(JSON, "row", [Entry(number, each.encode()) for number, each in enumerate(rows, start=1)])
+
+
+def _values(text: str, commas: bool = False) -> list[str]:
+    """Return the texts of JSON values that follow each other, with commas between them where these are wanted."""
+    decoder, at, found = json.JSONDecoder(), 0, []
+    space = re.compile(r"\s*,?\s*" if commas else r"\s*")
+    while True:
+        gap = space.match(text, at if found else 0)
+        assert gap is not None
+        at = gap.end()
+        if at >= len(text):
+            return found
+        _, end = decoder.raw_decode(text, at)
+        found.append(text[at:end])
+        at = end
+
+
+def _delimiter(line: str) -> str | None:
+    """Return what separates the cells of a table's first line, which names the column of the instructions."""
+    for delimiter in _DELIMITERS:
+        cells = [cell.strip().strip('"').lower() for cell in line.split(delimiter)]
+        if any(cell in TEXT_COLUMNS for cell in cells) and all(" " not in cell for cell in cells):
+            return delimiter
+    return None
+
+
+def _table_entries(content: bytes, first: str) -> Entries:
+    delimiter = _delimiter(first)
+    if delimiter is None:
+        raise InstructionFileError(
+            f"is named as a table, and its first line names no column {' or '.join(map(repr, TEXT_COLUMNS))}"
+        )
+    text = content.decode("utf-8", "replace")
+    text = "\n" * text[: text.index(first)].count("\n") + text[text.index(first) :]  # without comments before it
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    rows: list[Entry] = []
+    names: list[str] = []
+    begins = 1
+    try:
+        for cells in reader:
+            number, begins = begins, reader.line_num + 1
+            if not any(cell.strip() for cell in cells):
+                continue
+            if not names:
+                names = [name.strip().lower() for name in cells]
+                names = ["text" if name in TEXT_COLUMNS else name for name in names]
+                if len(set(names)) < len(names):
+                    raise InstructionFileError("is a table in which two columns have the same name")
+                continue
+            # A cell too many has no name, and costs its row as an unknown column does.
+            named = {**dict(zip(names, cells, strict=False)), **{f"column {n}": cells[n - 1]
+                     for n in range(len(names) + 1, len(cells) + 1)}}  # fmt: skip
+            filled = {name: cell for name, cell in named.items() if name and cell.strip()}
+            rows.append(Entry(number, json.dumps(filled, ensure_ascii=False).encode()))
+    except csv.Error as error:
+        raise InstructionFileError(f"is a table that cannot be read: {error} in line {reader.line_num}") from None
+    return Entries(TABLE, "line", rows)
