@@ -28,8 +28,8 @@ def check_points(count: int, what: str = "it") -> None:
         raise BadInput(f"{what} is empty")
     if count > MOST_POINTS:
         raise BadInput(
-            f"{what} claims {count} points; at most {MOST_POINTS} are read: thin it, for example to one point in each cube "
-            "of 2 mm"
+            f"{what} claims {count} points; at most {MOST_POINTS} are read: thin it, for example to one point in each "
+            "cube of 2 mm"
         )
 
 

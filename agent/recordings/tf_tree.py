@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -29,16 +30,23 @@ class Transform:
     """The pose of one frame in its parent.
 
     Attributes:
-        parent_from_child: (4, 4).
+        position: of the child, metres.
+        quaternion: its rotation, x, y, z, w.
         time: when it held, nanoseconds.
         recorded: when it was recorded, nanoseconds.
         static: whether it holds always.
     """
 
-    parent_from_child: np.ndarray
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
     time: int
     recorded: int
     static: bool
+
+    @property
+    def parent_from_child(self) -> np.ndarray:
+        """Return the pose (4, 4)."""
+        return pose_from_position_quaternion(np.array(self.position), np.array(self.quaternion))
 
 
 @dataclass
@@ -64,13 +72,21 @@ class Frames:
         """Take in the transforms of a TFMessage."""
         for said in message.transforms:
             child, parent = frame_name(said.child_frame_id), frame_name(said.header.frame_id)
-            pose, problem = _pose(said.transform)
-            if pose is None or not child or not parent or child == parent:
-                self.spoil(f"tf says {problem or 'nothing usable'} about {child!r} in {parent!r}, which was left out")
+            shift, turn = said.transform.translation, said.transform.rotation
+            position, quaternion = (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
+            length = math.hypot(*quaternion)
+            if not (all(map(math.isfinite, (*position, *quaternion))) and 1e-6 < length < 1e6):
+                self.spoil(f"tf says no rotation or no place about {child!r} in {parent!r}, which was left out")
                 continue
-            if problem:
-                self.spoil(f"tf says {problem} about {child!r} in {parent!r}, which was mended")
-            new = Transform(pose, recorded if static else stamp(said.header, recorded), recorded, static)
+            if not child or not parent or child == parent:
+                self.spoil(f"tf says nothing usable about {child!r} in {parent!r}, which was left out")
+                continue
+            if abs(length - 1) > 0.001:
+                self.spoil(
+                    f"tf says a quaternion of length {length:.3g} about {child!r} in {parent!r}, which was mended"
+                )
+            time = recorded if static else stamp(said.header, recorded)
+            new = Transform(position, quaternion, time, recorded, static)
             old = self.transforms.get((child, parent))
             if old is None or static or self._nearer(new, old):
                 self.transforms[child, parent] = new
@@ -245,8 +261,10 @@ def base_from_camera(frames: Frames, camera: str, prefix: str) -> tuple[np.ndarr
     if not path:
         return None, [*notes, f"tf does not connect the camera's frame {camera!r} with the arm's {base!r}"]
     parents_of = frames.parents()
-    several = [name for name in path if len(parents_of.get(name, ())) > 1]
-    told = [f"tf gives the frame {name!r} {len(parents_of[name])} parents ({_some(parents_of[name])})" for name in several]
+    several = {name: parents_of[name] for name in path if len(parents_of.get(name, ())) > 1}
+    told = [
+        f"tf gives the frame {name!r} {len(parents)} parents ({_some(parents)})" for name, parents in several.items()
+    ]
     notes += _first(told, "tf gives {} more frames several parents")
     if not base.endswith("link_base"):
         notes.append(f"tf has no PREFIX_link_base; the frame {base!r} was taken for the arm's base")
@@ -275,16 +293,3 @@ def _first(sentences: list[str], rest: str) -> list[str]:
     """Return the first of many sentences, and one with the number of the others."""
     more = len(sentences) - _MOST_TOLD
     return sentences if more < 1 else [*sentences[:_MOST_TOLD], "... and " + rest.format(f"{more:,}")]
-
-
-def _pose(transform: Any) -> tuple[np.ndarray | None, str]:
-    """Return (4, 4) of a Transform, or `None`, and its error, or ""."""
-    position, turn = transform.translation, transform.rotation
-    quaternion = np.array([turn.x, turn.y, turn.z, turn.w])
-    shift = np.array([position.x, position.y, position.z])
-    with np.errstate(over="ignore"):
-        length = float(np.linalg.norm(quaternion))
-    if not (np.isfinite(quaternion).all() and np.isfinite(shift).all() and 1e-6 < length < 1e6):
-        return None, "no rotation or no place"
-    pose = pose_from_position_quaternion(shift, quaternion)
-    return pose, f"a quaternion of length {length:.3g}" if abs(length - 1) > 0.001 else ""

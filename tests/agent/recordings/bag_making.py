@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -40,8 +40,8 @@ class Said:
     raw: bytes | None = None
 
 
-def write_bag(path: Path, messages: Iterable[Said]) -> Path:
-    """A bag of any kind: .bag, .mcap, .db3, or a folder where there is no suffix."""
+def write_bag(path: Path, messages: Iterable[Said], packed: bool = False) -> Path:
+    """A bag of any kind: .bag, .mcap, .db3, or a folder where there is no suffix; an .mcap may be packed."""
     ros1 = path.suffix == ".bag"
     types = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     for name, definition in _MORE_TYPES.items():
@@ -53,6 +53,8 @@ def write_bag(path: Path, messages: Iterable[Said]) -> Path:
         plugin = StoragePlugin.MCAP if path.suffix == ".mcap" else StoragePlugin.SQLITE3
         folder = path.with_name(f"{path.stem}_folder") if path.suffix else path
         writer = Writer2(folder, version=8, storage_plugin=plugin)
+        if packed:
+            writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     with writer:
         connections: dict[tuple[str, str], Any] = {}
         for said in messages:

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 from agent.errors import BadInput
+from agent.recordings import rvl
 from agent.recordings.image_decoding import compressed_depth, compressed_size
 from agent.recordings.load import read_recording
 from agent.recordings.rvl import unpack_rvl
 from tests.agent.recordings.bag_making import DEPTH, HEIGHT, WIDTH, depths, quantised_header, write_bag
 from tests.agent.recordings.test_hostile_bags import session
+from tests.counting import counted_calls
+from tests.memory import forget_peak, peak_megabytes
 
 
 def packed(values):
@@ -114,3 +117,35 @@ def test_a_bag_of_them_shows_what_the_raw_depths_show(tmp_path):
             said.fields = {"header": said.fields["header"], "format": "16UC1; compressedDepth rvl", "data": data}
     points = read_recording(write_bag(tmp_path / "rvl.bag", messages)).frame.points
     np.testing.assert_allclose(points, raw, atol=1e-3)
+
+
+def test_what_follows_the_picture_is_not_unpacked():
+    values = np.clip(np.random.default_rng(1).normal(900, 300, 3000), 0, 65535).astype(np.uint16)
+    data = packed(values) + bytes(20_000_000)
+    forget_peak()
+    before = peak_megabytes()
+    np.testing.assert_array_equal(unpack_rvl(data, len(values)), values)
+    assert peak_megabytes() - before < 30
+
+
+@pytest.mark.parametrize("block", [8, 64])
+def test_runs_and_numbers_across_blocks(monkeypatch, block):
+    monkeypatch.setattr(rvl, "_BLOCK", block)
+    rng = np.random.default_rng(5)
+    for share in (0.02, 0.5, 0.98):
+        values = rng.integers(1, 65536, 700).astype(np.uint16)
+        values[rng.random(700) < share] = 0
+        data = packed(values)
+        np.testing.assert_array_equal(unpack_rvl(data + bytes(40), 700), values)
+        for cut in range(0, len(data) - 4, 37):
+            with pytest.raises(BadInput, match="RVL picture is cut short"):
+                unpack_rvl(data[:cut], 700)
+
+
+def test_many_short_runs_take_few_steps():
+    pixels = 20_000
+    pattern = bytes((0x11, 0x21, 0x12)) * (pixels // 4)  # nothing, one measurement, its difference of -1 or 1
+    data = np.frombuffer((pattern * 2)[: len(pattern) // 4 * 4], np.uint8).reshape(-1, 4)[:, ::-1].tobytes()
+    with counted_calls() as steps:
+        unpack_rvl(data, pixels)
+    assert steps.count < 2 * pixels

@@ -1,13 +1,16 @@
 """Where the camera stood: tf of both generations, and what is said where it is broken."""
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from agent.recordings.bag_reader import open_bag
-from agent.recordings.tf_tree import TransformLoop, base_from_camera, read_frames
+from agent.recordings.inspection import inspect_bag, print_bag_info
+from agent.recordings.tf_tree import Frames, TransformLoop, base_from_camera, read_frames
 from tests.agent.recordings.bag_making import Said, nanoseconds, transform, write_bag
+from tests.counting import counted_calls
 
 BASE, CAMERA = "j2s7s300_link_base", "camera"
 LOOSE = [transform("f1", BASE), transform("f9", CAMERA)]
@@ -101,3 +104,70 @@ def test_the_base_is_that_of_the_arm_or_what_stands_there(tmp_path):
     (tmp_path / "tf.bag").unlink()
     pose, notes = camera_pose(tmp_path, said[2:])
     assert pose[2, 3] == -5 and "'root' was taken for the arm's base" in notes[0]
+
+
+def in_one_message(said: list[Said]) -> list[Said]:
+    """The transforms of many messages in one."""
+    transforms = [entry for one in said for entry in one.fields["transforms"]]
+    return [Said(said[0].topic, said[0].type, {"transforms": transforms}, said[0].seconds)]
+
+
+def test_errors_and_parents_without_number_are_counted(tmp_path):
+    broken = [transform(BASE, f"f{k}", (np.nan, 0, 0)) for k in range(1000)]
+    parents = [transform(f"p{k:03}", CAMERA) for k in range(100)] + [transform(BASE, "p000")]
+    pose, notes = camera_pose(tmp_path, in_one_message(broken + broken + parents))
+    assert pose is not None and len(notes) == 10
+    assert "about 'f7' in" in notes[7]
+    assert notes[8] == "... and 992 more transforms of tf were left out or mended"
+    assert notes[9].endswith("100 parents (p000, p001, p002, p003, p004, p005, p006, p007 and 92 more)")
+
+
+@pytest.mark.parametrize("kind", ["broken", "chain", "parents"])
+def test_work_grows_with_the_number_of_transforms(tmp_path, kind):
+    def steps(count: int) -> int:
+        said = {
+            "broken": [transform(BASE, f"f{k}", (np.nan, 0, 0)) for k in range(count)],
+            "chain": [transform(*edge) for edge in pairwise([BASE, *(f"f{k}" for k in range(count)), CAMERA])],
+            "parents": [transform(f"f{k}", CAMERA) for k in range(count)]
+            + [transform(BASE, f"f{k}") for k in range(count)],
+        }[kind]
+        (tmp_path / str(count)).mkdir()
+        with open_bag(write_bag(tmp_path / str(count) / "tf.bag", in_one_message(said))) as bag:
+            with counted_calls() as counted:
+                base_from_camera(read_frames(bag, nanoseconds(1.0), [(CAMERA, "")]), CAMERA, "")
+        return counted.count
+
+    assert steps(1200) < 5 * steps(300)
+
+
+def test_each_message_is_read_once_however_far_tf_is_looked_for(tmp_path, monkeypatch):
+    read = []
+    added = Frames.add
+    monkeypatch.setattr(Frames, "add", lambda frames, message, recorded, static: (
+        read.append(recorded), added(frames, message, recorded, static)
+    ))  # fmt: skip
+    said = [transform("a", f"b{k}", seconds=k, topic="/tf") for k in range(0, 300, 3)]
+    assert camera_pose(tmp_path, said, moment=150.0)[0] is None
+    assert sorted(read) == [nanoseconds(k) for k in range(0, 300, 3)]
+
+
+def test_of_two_transforms_of_one_time_the_last_recorded_holds(tmp_path):
+    """They are read in another order: the later one stands nearer to the moment."""
+    said = [transform(BASE, CAMERA, (k, 0, 0), seconds=1.0, topic="/tf") for k in (1, 2)]
+    for one, recorded in zip(said, (1.0, 4.5), strict=True):
+        one.seconds = recorded
+    said.append(transform("a", "b", seconds=5.0, topic="/tf"))
+    with open_bag(write_bag(tmp_path / "tf.bag", said)) as bag:
+        frames = read_frames(bag, nanoseconds(5.0), [(CAMERA, ""), ("a", CAMERA)])
+    assert frames.transforms[CAMERA, BASE].parent_from_child[0, 3] == 2
+
+
+def test_a_tree_of_very_many_frames_is_printed_in_part(tmp_path, capsys):
+    import sys
+
+    said = in_one_message([transform("world", f"f{k:04}") for k in range(1000)])
+    info = inspect_bag(write_bag(tmp_path / "tf.bag", said))
+    print_bag_info(info, sys.stdout)
+    printed = capsys.readouterr().out
+    assert len(info.frames) == 1000 and "f0198" in printed and "f0199" not in printed
+    assert "... and 801 more; --json has all" in printed
