@@ -172,6 +172,9 @@ FULL = np.array(((500.0, 0, 319.5), (0, 500, 239.5), (0, 0, 1)))
         (whole_info(400, 300, (160, 120, 400, 300), p=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
         (whole_info(400, 300, (160, 120, 400, 300), k=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
         (whole_info(640, 480, (160, 120, 400, 300), p=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
+        # So small a step aside that its middle stays within the region when it is cut out once more.
+        (whole_info(480, 360, (80, 60, 480, 360), k=moved(FULL, 80, 60)), (480, 360), (500, 239.5, 179.5), ""),
+        (whole_info(480, 360, (80, 60, 480, 360)), (480, 360), (500, 239.5, 179.5), ""),
     ],
 )
 def test_regions_and_binning_change_the_lens(info, size, lens, told, rectified):
