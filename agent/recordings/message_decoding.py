@@ -149,7 +149,7 @@ def views_of(message: Any) -> tuple[View, ...]:
 def _is_cut_out(matrix: np.ndarray, other: np.ndarray, region: View, size: tuple[int, int]) -> bool:
     """Return whether a matrix is already that of the region, which some drivers write: its middle is then outside of
     the region if that is cut out once more, or it is that of the message's other matrix with the region cut out, or the
-    message's size (columns, rows) leaves no room for the region and the middle of the region is nearer than that of a
+    message's size (columns, rows) is the region's and the middle of the region is nearer than that of a
     region cut out once more.
     """
     shift, middle = np.array((region.x, region.y)), matrix[:2, 2]
@@ -158,7 +158,7 @@ def _is_cut_out(matrix: np.ndarray, other: np.ndarray, region: View, size: tuple
     apart = np.abs(middle + shift - other[:2, 2]).max()
     if _is_lens(other) and apart < _SAME_MIDDLE * max(region.width, region.height):
         return True
-    if region.x + region.width > size[0] or region.y + region.height > size[1]:  # the stated size is the region's own
+    if (region.width, region.height) == size:  # the stated size is the region's own
         half = np.array((region.width, region.height)) / 2
         return bool(np.linalg.norm(middle - half) < np.linalg.norm(middle - shift - half))
     return not _inside(middle - shift, region) and _inside(middle, region)
