@@ -25,7 +25,7 @@ _CENTERS = (("cx", "cy"), ("ppx", "ppy"), ("x_offset", "y_offset"))
 _KEYS = {"fx", "fy", *(key for pair in _CENTERS for key in pair), *_MATRICES}
 _SIZES = (("width", "height"), ("img_width", "img_height"), ("image_width", "image_height"))
 _COARSEST = 0.01  # m
-_METRES_A_UNIT = ("depth_scale", "depth_units", "depth_unit", "depth_factor", "factor_depth")
+_UNIT = re.compile(r"(\w+_)?depth_?(map_?)?(scale|factor|units?)|factor_depth")  # keys
 
 
 @dataclass(frozen=True)
@@ -71,11 +71,14 @@ def find_lens(folder: Path, name: str = "", names: Sequence[str] = ()) -> Camera
     Raises:
         BadInput: for a file named for it that cannot be read, or that has cameras of other pictures alone.
     """
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES and path.is_file())
+    below = [path for path in folder.glob("*/*") if _is_named(path)]  # others there may be one for each picture
+    files = [path for path in (*folder.iterdir(), *below) if path.suffix.lower() in _SUFFIXES and path.is_file()]
+    # The folder's own before those of a folder in it, and in each what is not said to be about the colour picture.
+    files.sort(key=lambda path: (len(path.parts), _of_color(path), path))
     others = set(names) - {name, ""}
     files = [path for path in files if not others & (words := _words_of(path)) or name in words]
     files.sort(key=lambda path: name not in _words_of(path))
-    named = [path for path in files if any(word in path.name.lower() for word in _WORDS)]
+    named = [path for path in files if _is_named(path)]
     for path in named:
         if (lens := _lens_of(path, name)) is not None:
             return lens
@@ -88,6 +91,14 @@ def find_lens(folder: Path, name: str = "", names: Sequence[str] = ()) -> Camera
             if lens is not None:
                 return lens
     return None
+
+
+def _is_named(path: Path) -> bool:
+    return any(word in path.name.lower() for word in _WORDS)
+
+
+def _of_color(path: Path) -> bool:
+    return re.search(r"colou?r|rgb", path.stem.lower()) is not None
 
 
 def _words_of(path: Path) -> set[str]:
@@ -150,13 +161,17 @@ def _own_entry(found: Any, name: str, path: Path) -> Any:
 def _parsed(text: str, suffix: str) -> Any:
     if suffix == ".json":
         return json.loads(text)
-    return load_yaml(text)
+    # OpenCV writes a first line that is no YAML, and names the type of a matrix.
+    return load_yaml(re.sub(r"\A%YAML:.*|!!opencv-matrix\b", "", text))
 
 
 def _mappings(found: Any) -> Iterator[Mapping[str, Any]]:
-    """Yield a mapping and those nested in it, their keys in lower case."""
+    """Yield a mapping and those nested in it, their keys in lower case without what is before a dot (`Camera.fx`)."""
     if isinstance(found, Mapping):
-        yield {str(key).lower(): value for key, value in found.items()}
+        plain: dict[str, Any] = {}
+        for key, value in found.items():
+            plain.setdefault(str(key).lower().rpartition(".")[2], value)  # of Camera1.fx and Camera2.fx the first
+        yield plain
         for value in found.values():
             yield from _mappings(value)
     elif isinstance(found, list):
@@ -195,7 +210,8 @@ def _matrix(numbers: Sequence[float]) -> np.ndarray | None:
     matrix = np.array(numbers).reshape(side, side)[:3, :3]
     if matrix[0, 2] == 0.0 and matrix[2, 0] > 0.0:
         matrix = matrix.T
-    return matrix if matrix[0, 0] > 0 and matrix[1, 1] > 0 and matrix[2, 2] == 1.0 else None
+    # A pose can look like a lens, but for a focal length of one pixel.
+    return matrix if matrix[0, 0] > 1 and matrix[1, 1] > 1 and matrix[2, 2] == 1.0 else None
 
 
 def _size_in(values: Mapping[str, Any]) -> tuple[int, int] | None:
@@ -208,9 +224,8 @@ def _size_in(values: Mapping[str, Any]) -> tuple[int, int] | None:
 def _scale_in(places: Sequence[Mapping[str, Any]]) -> float | None:
     """Return a file's number for the unit of depths, whatever it means."""
     for values in places:
-        for key in _METRES_A_UNIT:
-            value = values.get(key)
-            if _is_number(value) and value > 0:
+        for key, value in values.items():
+            if _UNIT.fullmatch(key) and _is_number(value) and value > 0:
                 return float(value)
     return None
 

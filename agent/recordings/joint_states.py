@@ -65,6 +65,7 @@ class _Arm:
         names: all its joints' names.
         model: the Jaco that it is, or "".
         note: what was assumed about it, or "".
+        beside: the names of other fingers and grippers on the topic.
     """
 
     prefix: str
@@ -72,6 +73,7 @@ class _Arm:
     names: list[str]
     model: str = ""
     note: str = ""
+    beside: Sequence[str] = ()
 
 
 def joint_streams(bag: Bag, topic: str | None = None) -> list[Stream]:
@@ -163,8 +165,10 @@ def _joints(bag: Bag, message: Message) -> Mapping[str, float]:
 
 
 def _radians(message: Any) -> dict[str, float]:
-    """Return the joints of a JointState; NaN where a position is missing."""
-    positions = dict(zip(message.name, map(float, message.position), strict=False))
+    """Return the joints of a JointState; NaN where a position is missing, or is stated twice and differs."""
+    positions: dict[str, float] = {}
+    for name, angle in zip(message.name, map(float, message.position), strict=False):
+        positions[name] = angle if positions.get(name, angle) == angle else math.nan
     return {name: positions.get(name, math.nan) for name in message.name}
 
 
@@ -184,7 +188,9 @@ def _degrees(message: Any, topic: str) -> dict[str, float]:
 def _arms(stream: Stream, names: Iterable[str]) -> list[_Arm]:
     """Return the arms whose joints have these names."""
     groups: dict[str, list[str]] = {}
-    for name in dict.fromkeys(names):
+    names = list(dict.fromkeys(names))
+    beside = [name for name in names if re.search("finger|gripper", name) and not _JOINT.fullmatch(name)]
+    for name in names:
         if matched := _JOINT.fullmatch(name):
             groups.setdefault(matched["prefix"], []).append(name)
         elif matched := _OF_AN_ARM.match(name):
@@ -193,7 +199,7 @@ def _arms(stream: Stream, names: Iterable[str]) -> list[_Arm]:
             groups.setdefault(matched["before"] + "*" + matched["after"], []).append(name)
     arms = []
     for prefix, mine in groups.items():
-        arm = _Arm(prefix, [stream.topic], mine)
+        arm = _Arm(prefix, [stream.topic], mine, beside=beside)
         if "*" not in prefix:
             arm.model, arm.note = _model(prefix, stream.topic, _numbers(mine))
         if arm.model or len(mine) >= _LEAST_JOINTS and ("*" in prefix or _numbers(mine)["joint"]):
@@ -264,7 +270,10 @@ def _described(arm: _Arm) -> str:
     named = _MODEL.search(arm.prefix) or _MODEL.search(arm.topics[0])
     by_name = f", a {named[0]} by its name" if named else ""
     count = f"{len(joints)} joint{'s' * (len(joints) != 1)}"
-    count += f" and {len(fingers) or 'no'} finger{'s' * (len(fingers) != 1)}"
+    if arm.beside and not fingers:  # joints of a hand that is not the arm's maker's
+        count += f", with {_listed(arm.beside)},"
+    else:
+        count += f" and {len(fingers) or 'no'} finger{'s' * (len(fingers) != 1)}"
     return f"{count} ({_listed([*joints, *fingers])}{by_name})"
 
 

@@ -146,9 +146,11 @@ def views_of(message: Any) -> tuple[View, ...]:
     return tuple(dict.fromkeys((replace(region, binning=binning), region, replace(whole, binning=binning), whole)))
 
 
-def _is_cut_out(matrix: np.ndarray, other: np.ndarray, region: View) -> bool:
+def _is_cut_out(matrix: np.ndarray, other: np.ndarray, region: View, size: tuple[int, int]) -> bool:
     """Return whether a matrix is already that of the region, which some drivers write: its middle is then outside of
-    the region if that is cut out once more, or it is that of the message's other matrix with the region cut out.
+    the region if that is cut out once more, or it is that of the message's other matrix with the region cut out, or the
+    message's size (columns, rows) is the region's and the middle of the region is nearer than that of a
+    region cut out once more.
     """
     shift, middle = np.array((region.x, region.y)), matrix[:2, 2]
     if not shift.any():
@@ -156,6 +158,9 @@ def _is_cut_out(matrix: np.ndarray, other: np.ndarray, region: View) -> bool:
     apart = np.abs(middle + shift - other[:2, 2]).max()
     if _is_lens(other) and apart < _SAME_MIDDLE * max(region.width, region.height):
         return True
+    if (region.width, region.height) == size:  # the stated size is the region's own
+        half = np.array((region.width, region.height)) / 2
+        return bool(np.linalg.norm(middle - half) < np.linalg.norm(middle - shift - half))
     return not _inside(middle - shift, region) and _inside(middle, region)
 
 
@@ -291,8 +296,8 @@ def lens_of(message: Any, rectified: bool) -> Lens:
             distortion[: min(8, len(bent))] = bent[:8]
         else:
             note = f"the lens's distortion ({message.distortion_model or 'no model named'}) was left out"
-    views = views_of(message)
-    if views and _is_cut_out(matrix, projection if matrix is raw_matrix else raw_matrix, views[0]):
+    views, size = views_of(message), (message.width, message.height)
+    if views and _is_cut_out(matrix, projection if matrix is raw_matrix else raw_matrix, views[0], size):
         matrix = np.array(((1.0, 0, views[0].x), (0, 1, views[0].y), (0, 0, 1))) @ matrix  # as of the whole picture
     return Lens(
         matrix.copy(), distortion, message.width, message.height, frame_name(message.header.frame_id), note, views

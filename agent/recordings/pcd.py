@@ -73,7 +73,7 @@ def _header(file: BinaryIO) -> dict[str, list[str]]:
             said.setdefault(words[0], words[1:])
         if "DATA" in said:
             return said
-    raise BadInput("it is not a .pcd cloud: it has no line DATA")
+    raise BadInput(f"it is not a .pcd cloud: its first {_HEADER_BYTES} bytes have no line DATA")
 
 
 def _fields(said: dict[str, list[str]]) -> list[Field]:

@@ -118,7 +118,7 @@ def _header(file: BinaryIO) -> tuple[str, bytes, list[_Element]]:
             case _:
                 raise BadInput(f"its header is damaged: it has the line {line[:80]!r}")
     else:
-        raise BadInput("it is not a .ply cloud: its header has no line end_header")
+        raise BadInput(f"it is not a .ply cloud: its first {_HEADER_BYTES} bytes have no line end_header")
     if kind not in _ORDERS:
         raise BadInput(f"its header names the format {kind!r}; legal: {', '.join(_ORDERS)}")
     file.seek(at)

@@ -1,6 +1,7 @@
 """Read colour, depth and lens from a folder of pictures as data sets have them.
 
-    FOLDER/000004-color.png    # or .jpg; `color`, `colour` or `rgb` in the name, or in that of a folder within FOLDER
+    FOLDER/000004-color.png    # or .jpg; `color`, `colour` or `rgb` in the name, or in that of a folder within FOLDER;
+                               # where there are none, a .jpg or an `image` of the depth picture's name
     FOLDER/000004-depth.png    # 16 bits of grey; or .tiff, or .npy; `depth` in the name, or in that of its folder
     FOLDER/camera_params.json  # fx, fy, cx, cy, or the matrix K, in one of the usual spellings
 
@@ -28,7 +29,7 @@ from agent.recordings.point_count import lens_of_every, step_of
 from structdiffusion.limits import MOST_PIXELS
 
 _COLORS, _DEPTHS = (".png", ".jpg", ".jpeg"), (".png", ".npy", ".tif", ".tiff")
-_ROLE = re.compile(r"aligned_depth_to_color|depth|colou?r|rgb|image|img|raw")
+_ROLE = re.compile(r"aligned_depth_to_color|depth|colou?r|rgb|image|img|frame|raw")
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,7 @@ def _pictures(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
         raise BadInput(f"there is no folder {str(folder)!r}")
     depths: dict[str, Path] = {}
     colors: dict[str, Path] = {}
+    others: dict[str, Path] = {}  # that are no masks either: those are not stored with losses
     for path in sorted([*folder.glob("*"), *folder.glob("*/*")]):
         words = path.relative_to(folder).with_suffix("").as_posix().lower()
         name = _name(words)
@@ -133,12 +135,14 @@ def _pictures(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
             depths.setdefault(name, path)
         elif re.search(r"colou?r|rgb", words) and path.suffix.lower() in _COLORS:
             colors.setdefault(name, path)
+        elif path.suffix.lower() in (".jpg", ".jpeg") or "image" in words and path.suffix.lower() in _COLORS:
+            others.setdefault(name, path)
     if not depths:
         raise BadInput(
             f"the folder {str(folder)!r} has no depth picture (*depth*{', *depth*'.join(_DEPTHS)}); "
             f"there are: {_listed(folder)}"
         )
-    return depths, colors
+    return depths, colors or {name: path for name, path in others.items() if name in depths}
 
 
 def _name(words: str) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from agent.errors import BadInput, UsageError
 from agent.recordings.bag_reader import Bag, Message, Stream
 from agent.recordings.image_decoding import DEPTHS, compressed_size, is_compressed_depth
@@ -37,6 +39,7 @@ class Offer:
         colored: whether a cloud has colours.
         problem: why it cannot be used, or "".
         views: the sizes of the pictures that a CameraInfo with a region or binning may be about.
+        blank: whether its first raw picture of depths is all zero.
     """
 
     stream: Stream
@@ -47,6 +50,7 @@ class Offer:
     colored: bool = False
     problem: str = ""
     views: tuple[tuple[int, int], ...] = ()
+    blank: bool = False
 
     def is_about(self, picture: Offer) -> bool:
         """Return whether a CameraInfo is about pictures of such a size."""
@@ -152,7 +156,8 @@ def _described(stream: Stream, message: Any) -> Offer:
         problem = f"its first pictures are {width} x {height} pixels"
     colored = role == "points" and any(field.name.lower() in ("rgb", "rgba", "r") for field in message.fields)
     views = tuple(view.size for view in views_of(message)) if stream.type == INFO else ()
-    return Offer(stream, role, frame, width, height, colored, problem, views)
+    blank = role == "depth" and stream.type == IMAGE and not problem and not np.any(message.data)
+    return Offer(stream, role, frame, width, height, colored, problem, views, blank)
 
 
 def choose(bag: Bag, named: Mapping[str, str], there: list[Offer] | None = None) -> Choice:
@@ -184,7 +189,7 @@ def choose(bag: Bag, named: Mapping[str, str], there: list[Offer] | None = None)
             choices.append(_with_color(there, named, Choice(depth=offer, depth_info=info)))
     usable = [choice for choice in choices if not choice.source.problem]
     if usable:  # the first of the best; on a par a depth picture goes first, which brings its lens along
-        return max(usable, key=lambda choice: (choice.worth, choice.depth is not None))
+        return max(usable, key=lambda choice: (not choice.source.blank, choice.worth, choice.depth is not None))
     sources = [*(choice.source for choice in choices), *without_info]
     if sources and all(source.problem for source in sources):
         raise BadInput(f"{sources[0].stream.topic} of {str(bag.path)!r} cannot be used: {sources[0].problem}")
@@ -257,7 +262,7 @@ def _with_color(there: list[Offer], named: Mapping[str, str], choice: Choice) ->
         if source.colored and "color" not in named:
             return Choice(points=source, depth_info=info)
     whole = Choice(choice.points, choice.depth, info)
-    for color in _of_role(there, "color", named):
+    for color in _colors_for(there, named, source):
         if color.problem and "color" not in named:
             continue
         same_size, name = color.size == source.size and source.height > 1, source.stream.topic
@@ -268,6 +273,32 @@ def _with_color(there: list[Offer], named: Mapping[str, str], choice: Choice) ->
         if color_info is not None and whole.color is None:
             whole = Choice(choice.points, choice.depth, info, color, color_info, False)
     return whole
+
+
+def _colors_for(there: list[Offer], named: Mapping[str, str], source: Offer) -> list[Offer]:
+    """Return the colour pictures that may go with a source, those of its own camera first.
+
+    A picture in the namespace and the frame of another camera belongs to what that one measures, unless the user names
+    it.
+    """
+    colors = _of_role(there, "color", named)
+    if "color" in named:
+        return colors
+    others = [offer for offer in there if offer.role in ("depth", "points")]
+    own = [
+        color
+        for color in colors
+        if color.frame == source.frame
+        or _of_one_camera(color, source)
+        or not any(_of_one_camera(color, other) for other in others)
+    ]
+    return sorted(own, key=lambda color: not _of_one_camera(color, source))
+
+
+def _of_one_camera(one: Offer, other: Offer) -> bool:
+    """Return whether two topics are in one camera's namespace: /camera/color/image and /camera/depth/color/points."""
+    shorter, longer = sorted((f"{_folder(offer.stream).rpartition('/')[0]}/" for offer in (one, other)), key=len)
+    return longer.startswith(shorter)
 
 
 def _listed(bag: Bag, most: int = 8) -> str:

@@ -76,7 +76,11 @@ UR5 = [f"{part}_joint" for part in ("shoulder_pan", "shoulder_lift", "elbow", "w
         (arm_names("", 6, 2), "6 joints and 2 fingers"),
         (arm_names("", 6, 0), "6 joints and no fingers"),
         (arm_names("abb_", 6, 0), "abb_joint_1"),
-        ([f"panda_joint{k}" for k in range(1, 8)] + ["panda_finger_joint1", "panda_finger_joint2"], "panda_joint1"),
+        (
+            [f"panda_joint{k}" for k in range(1, 8)] + ["panda_finger_joint1", "panda_finger_joint2"],
+            "7 joints, with panda_finger_joint1, panda_finger_joint2, ",
+        ),
+        ([*arm_names("", 7, 0), "finger_joint"], "7 joints, with finger_joint, "),
         ([f"iiwa_joint_{k}" for k in range(1, 8)], "7 joints and no fingers"),
         ([f"joint_a{k}" for k in range(1, 7)], "joint_a1"),
         (UR5, "shoulder_pan_joint"),
@@ -88,6 +92,13 @@ def test_another_arm_is_named_and_not_taken(tmp_path, names, said):
     assert found.state is None and found.notes == (found.other,)
     assert re.search(said, found.other) and "expected: joint_1 to joint_6" in found.other
     assert "no trajectory is exported" in found.other and "no name" not in found.other
+
+
+def test_a_joint_that_is_stated_twice_in_different_places_tells_nothing(tmp_path):
+    for last, known in ((2.0, False), (HOME[-1], True)):
+        said = [joints(0, [*ARM, ARM[-1], *FINGERS], [*HOME, last, 0, 0, 0])]
+        (tmp_path / str(known)).mkdir()
+        assert (stood(tmp_path / str(known), said).state is not None) == known
 
 
 def test_others_on_the_same_topic_are_passed_over(tmp_path):

@@ -173,6 +173,49 @@ def test_colour_of_a_camera_that_stands_nobody_knows_where_is_left_out(tmp_path)
     assert any("colour was left out: tf does not connect" in note for note in recording.notes)
 
 
+def of_camera(said, name, frame, **data):
+    """The messages of the session's camera as those of another one, with other pictures of "16UC1" or "rgb8"."""
+    made = []
+    for message in said:
+        if message.topic.startswith("/camera/"):
+            pictures = data.get(message.fields.get("encoding", ""), {})
+            fields = message.fields | {"header": (frame, 0.1)} | pictures
+            made.append(replace(message, topic=message.topic.replace("/camera/", f"/{name}/"), fields=fields))
+    return made
+
+
+BLANK = {"data": np.zeros(2 * HEIGHT * WIDTH, np.uint8)}
+BLACK = {"data": np.zeros(3 * HEIGHT * WIDTH, np.uint8)}
+
+
+@pytest.mark.parametrize("name", ["a_camera", "wrist"])
+def test_a_camera_that_measures_nothing_gives_way_to_the_other(tmp_path, name):
+    said = session((0.1,))
+    path = write_bag(tmp_path / "two.bag", [*of_camera(said, name, "eye", **{"16UC1": BLANK, "rgb8": BLACK}), *said])
+    recording = read_recording(path)
+    assert (recording.used["depth"], recording.used["color"]) == (DEPTH, COLOR)
+    np.testing.assert_array_equal(recording.frame.color, colors())
+
+
+@pytest.mark.parametrize("frame", ["eye", OPTICAL])
+def test_the_colour_is_that_of_the_camera_whose_depth_is_named(tmp_path, frame):
+    said = session((0.1,))
+    path = write_bag(tmp_path / "two.bag", [*of_camera(said, "a_camera", frame, rgb8=BLACK), *said])
+    for name in ("camera", "a_camera"):
+        topic = DEPTH.replace("camera", name, 1)
+        recording = read_recording(path, ReadingOf(topics={"depth": topic}))
+        assert recording.used["color"] == COLOR.replace("camera", name, 1)
+        assert recording.frame.color.any() == (name == "camera")
+
+
+def test_the_colour_of_another_cameras_depth_is_not_taken(tmp_path):
+    said = session((0.1,))
+    path = write_bag(tmp_path / "two.bag", [*of_camera(said, "wrist", "eye", rgb8=BLACK), *without(said, COLOR)])
+    assert read_recording(path, ReadingOf(topics={"depth": DEPTH})).frame.color is None
+    named = read_recording(path, ReadingOf(topics={"depth": DEPTH, "color": "/wrist/color/image_raw"}))
+    assert named.used["color"] == "/wrist/color/image_raw"
+
+
 def test_the_colour_nearest_in_its_stamp_is_taken(tmp_path):
     said = without(session((0.1,)), COLOR)
     for k in range(5):

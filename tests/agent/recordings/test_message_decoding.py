@@ -164,6 +164,7 @@ FULL = np.array(((500.0, 0, 319.5), (0, 500, 239.5), (0, 0, 1)))
         # The picture is whole although a region is stated, or has the region without the binning.
         (whole_info(640, 480, (160, 120, 320, 240)), (640, 480), (500, 319.5, 239.5), "320 x 240"),
         (whole_info(640, 480, (160, 120, 320, 240), (2, 2)), (320, 240), (500, 159.5, 119.5), "160 x 120"),
+        (whole_info(640, 480, (4 * 10**9, 0, 4 * 10**9, 5)), (640, 480), (500, 319.5, 239.5), "x 5 pixels"),
         # Scaled in neither way that is stated.
         (whole_info(640, 480), (320, 240), (250, 159.5, 119.5), "was scaled"),
         (whole_info(640, 480, (0, 0, 400, 400)), (200, 200), (250, 159.5, 119.5), "was scaled"),
@@ -172,6 +173,9 @@ FULL = np.array(((500.0, 0, 319.5), (0, 500, 239.5), (0, 0, 1)))
         (whole_info(400, 300, (160, 120, 400, 300), p=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
         (whole_info(400, 300, (160, 120, 400, 300), k=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
         (whole_info(640, 480, (160, 120, 400, 300), p=moved(FULL, 160, 120)), (400, 300), (500, 159.5, 119.5), ""),
+        # So small a step aside that its middle stays within the region when it is cut out once more.
+        (whole_info(480, 360, (80, 60, 480, 360), k=moved(FULL, 80, 60)), (480, 360), (500, 239.5, 179.5), ""),
+        (whole_info(480, 360, (80, 60, 480, 360)), (480, 360), (500, 239.5, 179.5), ""),
     ],
 )
 def test_regions_and_binning_change_the_lens(info, size, lens, told, rectified):

@@ -121,12 +121,59 @@ def test_names_of_other_data_sets(tmp_path, color, depth):
         ("camera_info.yaml", "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [50, 0, 19, 0, 51, 14, 0, 0, 1]\n"),
         ("camera-intrinsics.txt", "50 0 19\n0 51 14\n0 0 1\n"),
         ("intrinsic_depth.txt", "50 0 19 0\n0 51 14 0\n0 0 1 0\n0 0 0 1\n"),
+        ("intrinsic/intrinsic_depth.txt", "50 0 19 0\n0 51 14 0\n0 0 1 0\n0 0 0 1\n"),
+        ("TUM1.yaml", "%YAML:1.0\n\n# ORB-SLAM\nCamera.fx: 50\nCamera.fy: 51\nCamera.cx: 19\nCamera.cy: 14\n"),
+        ("D435.yaml", "%YAML:1.0\nCamera1.fx: 50\nCamera1.fy: 51\nCamera1.cx: 19\nCamera1.cy: 14\nCamera2.fx: 9\n"),
+        (
+            "calibration.yml",
+            "%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+            "   data: [50., 0., 19., 0., 51., 14., 0., 0., 1.]\n",
+        ),
     ],
 )
 def test_spellings_of_a_lens(tmp_path, name, text):
     folder = rgbd_folder(tmp_path / "desk", parameters=None)
+    (folder / name).parent.mkdir(exist_ok=True)
     (folder / name).write_text(text)
     assert np.array_equal(read_rgbd(folder).intrinsics, MATRIX)
+
+
+def test_the_lens_of_the_depth_goes_before_that_of_the_colour_and_a_pose_is_none(tmp_path):
+    folder = rgbd_folder(tmp_path / "scan", parameters=None)
+    (folder / "camera_pose.txt").write_text("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
+    with pytest.raises(BadInput, match="has no file with fx, fy, cx and cy"):
+        read_rgbd(folder)
+    (folder / "intrinsic").mkdir()
+    for name, factor in (("color", 2), ("depth", 1)):
+        matrix = np.diag((factor, factor, 1.0)) @ MATRIX
+        np.savetxt(folder / "intrinsic" / f"intrinsic_{name}.txt", matrix)
+    picture = read_rgbd(folder)
+    assert np.array_equal(picture.intrinsics, MATRIX)
+    assert picture.used["intrinsics"] == "intrinsic/intrinsic_depth.txt"
+
+
+@pytest.mark.parametrize("key", ["DepthMapFactor", "RGBD.DepthMapFactor", "png_depth_scale"])
+def test_the_unit_in_other_programs_files(tmp_path, key):
+    folder = rgbd_folder(tmp_path / "desk", parameters=None)
+    text = f"%YAML:1.0\nCamera.fx: 50\nCamera.fy: 51\nCamera.cx: 19\nCamera.cy: 14\n{key}: 2000.0\n"
+    (folder / "SLAM.yaml").write_text(text)
+    assert np.nanmin(read_rgbd(folder).depth) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("color", "depth"), [
+    ("image/000000.jpg", "depth/000000.png"), ("image/000000.png", "depth/000000.png"),
+    ("results/frame000000.jpg", "results/depth000000.png"),
+])  # fmt: skip
+def test_colour_pictures_whose_names_do_not_say_so(tmp_path, color, depth):
+    for name in (color, depth, "mask/000000.png"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+    Image.fromarray(colors()).save(tmp_path / color)
+    Image.fromarray(depth_in_mm()).save(tmp_path / depth)
+    Image.fromarray(colors()[::-1]).save(tmp_path / "mask" / "000000.png")
+    (tmp_path / "camera_params.json").write_text(json.dumps(PARAMETERS))
+    assert read_rgbd(tmp_path).used["color"] == color
+    (tmp_path / color).unlink()
+    assert read_rgbd(tmp_path).color is None
 
 
 def test_the_unit_of_depths(tmp_path):
