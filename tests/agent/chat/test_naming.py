@@ -68,14 +68,15 @@ def test_a_recordings_objects_keep_their_nouns_for_the_conversation(cache, sent)
         (answered,) = [event for event in sent if isinstance(event, events.Answered)]
         assert answered.answer.startswith("object 3 is bowl 3, purple")
         seen = {one.name: one for one in talk.look().objects}
-        assert seen["object 3"].display_name == "bowl 3, purple" and seen["object 3"].category == "bowl"
-        assert describe_object(json_value(seen["object 3"])) == "bowl 3, purple"
+        assert seen["bowl 3"].display_name == "bowl 3, purple" and seen["bowl 3"].category == "bowl"
+        assert describe_object(json_value(seen["bowl 3"])) == "bowl 3, purple"
         with pytest.raises(UsageError, match="no object 9; legal: 1, 2, 3, 4"):
             talk.replied("object 9 is a bowl")
         assert talk.replied("object 4 is a bowl") and talk.say("put the bowls in a line")
-        assert set(talk.situation.objects) == {"object 3", "object 4"}
+        assert set(talk.situation.objects) == {"bowl 3", "bowl 4"}
+        assert talk.replied("bowl 4 is really a plate")
         proposal = talk.situation.proposal
-        assert talk.replied("bowl 4 is really a plate") and talk.situation.proposal is proposal
+        assert {goal["name"] for goal in proposal.chosen.goals} == {"bowl 3", "plate 4"}
         assert "plate 4, green" in talk.table.display_names and talk.table.referents[0].name.startswith("bowl 3")
     with Conversation(RunOptions("example", model="geometric"), cache, [sent]) as other:
         assert not any("bowl 3" in words for words in other.table.display_names)
