@@ -12,7 +12,7 @@ from agent.chat.table_facts import object_facts
 from agent.event_base import Event, json_value
 from agent.mcp.results import Check, Move, SeenObject
 from agent.pipeline.event_builders import turns_about_z
-from agent.reporting.event_text import describe_object, parse_notes
+from agent.reporting.event_text import parse_notes
 from structdiffusion.geometry import quaternion_from_matrix
 
 _CM = 100.0
@@ -22,7 +22,7 @@ def seen_objects(seen: events.Perceived) -> list[SeenObject]:
     """Return the objects that were seen, with their places and sizes."""
     return [
         SeenObject(
-            name=describe_object(json_value(one)),
+            name=one.name,  # plans and questions call it so too
             category=one.category,
             color=one.color_name,
             position=_rounded(one.position),
