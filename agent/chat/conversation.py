@@ -235,7 +235,7 @@ class Conversation(GoalTurns):
                 setattr(self, each, value)
 
     def _show_anew(self) -> None:
-        """Tell the names of the objects to all listeners, with the pending proposal and question that they are part of."""
+        """Tell all listeners the names of the objects, also those in the pending proposal and question."""
         proposal = self.situation.proposal
         seen = self.look() if proposal is None else perceived_event(proposal.scene, 0.0, self.table)
         self.send(seen)

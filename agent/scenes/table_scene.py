@@ -190,7 +190,7 @@ class TableScene:
         self.count = len(names)
 
     def call(self, words: Mapping[str, tuple[str, str, str]]) -> None:
-        """Give objects other words: name -> its new name, the words that an instruction can call it by, and its noun."""
+        """Give objects other words: name -> its new name, what an instruction can call it, and its noun."""
         index_of = {name: index for index, name in enumerate(self.names)}
         models, display_names = list(self.models), list(self.display_names)
         for name, (_, display_name, noun) in words.items():
