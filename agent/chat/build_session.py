@@ -16,7 +16,7 @@ from agent.chat.other_arrangement import Places, other_ranks, places_of
 from agent.chat.state import Build, Proposal, Situation
 from agent.chat.table_session import TableSession
 from agent.chat.turn import Turn
-from agent.errors import DONE, PartlyDone, UsageError
+from agent.errors import DONE, NoValidGoal, PartlyDone, UsageError
 from agent.event_base import Event, Listener
 from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
 from agent.pipeline.candidates import filter_viable
@@ -50,6 +50,7 @@ class BuildSession(TableSession):
         self._turn = Turn(self.send)
         self._shown: list[Places] = []  # of the present wish
         self.ranks: list[int] = []
+        self._unmet: tuple[Situation, Situation] | None = None  # a wish without an arrangement, and what was before it
 
     # --- proposals --------------------------------------------------------------------
 
@@ -62,9 +63,19 @@ class BuildSession(TableSession):
         """
         try:
             self._propose_for(situation, other)
-        except BaseException:
+        except BaseException as error:
+            if isinstance(error, NoValidGoal):
+                self._unmet = (self.situation, situation)
             self._look_at_pending()
             raise
+
+    @property
+    def wanted(self) -> Situation:
+        """Return what is wanted: the last wish, also one that no arrangement was good enough for, unless a proposal is
+        pending.
+        """
+        since, unmet = self._unmet or (None, self.situation)
+        return unmet if since is self.situation and since.proposal is None else self.situation
 
     def _propose_for(self, situation: Situation, other: bool) -> None:
         self._turn.step, began = "scene", time.perf_counter()
@@ -162,11 +173,11 @@ class BuildSession(TableSession):
         """
         if self._asked_again():
             return False
-        if not self.situation.asked:
+        if not self.wanted.asked:
             raise UsageError("nothing was asked for yet; say what to build")
         self.options = replace(self.options, seed=self.options.seed + 1 if seed is None else seed)
         with self._turn.part("scene"):
-            self._propose(replace(self.situation, poses=self.table.poses()), other=True)
+            self._propose(replace(self.wanted, poses=self.table.poses()), other=True)
             return True
         return False
 

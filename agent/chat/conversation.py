@@ -6,7 +6,7 @@ The module does not depend on a terminal: everything that happens is sent to lis
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 
 from agent import events
@@ -18,13 +18,22 @@ from agent.chat.participants import Participants, UnclearObjectError, select_par
 from agent.chat.state import apply_answer, complete_spec, with_a_shape
 from agent.errors import NotBuildable, UsageError
 from agent.event_base import Listener, json_value
+from agent.pipeline.event_builders import perceived_event
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
+from agent.scenes.renaming import renamed
 from grounding.dialogue.acts import Act, acts_of, is_question
 from grounding.dialogue.revise import Revision
 from grounding.parse_result import OBJECT, REFUSALS, Question
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
+
+
+# What holds names of objects.
+_WITH_NAMES = (
+    "situation", "question", "_history", "_start", "_shown", "_asked", "_asked_parts", "_unclear", "_resolved",
+    "_unmet",
+)  # fmt: skip
 
 
 class Conversation(GoalTurns):
@@ -207,12 +216,32 @@ class Conversation(GoalTurns):
             return False
         table = self.table
         indices = named_indices(naming, table.names, table.display_names)
-        names = [table.names[index] for index in indices]
-        self.source.call(table, dict.fromkeys(names, naming.noun))
-        shown = dict(zip(table.names, table.display_names, strict=True))
-        lines = [f"object {n} is {shown[name]} from now on." for n, name in zip(naming.numbers, names, strict=True)]
+        before = table.names
+        self.source.call(table, dict.fromkeys([before[index] for index in indices], naming.noun))
+        self._rename({old: new for old, new in zip(before, table.names, strict=True) if old != new})
+        lines = [
+            f"object {number} is {table.display_names[index]} from now on."
+            for number, index in zip(naming.numbers, indices, strict=True)
+        ]
         self.send(events.Answered(line, "\n".join(lines)))
+        self._show_anew()
         return True
+
+    def _rename(self, names: Mapping[str, str]) -> None:
+        """Give objects other names in all that is remembered: old name -> new name."""
+        if names:
+            new = renamed([getattr(self, each) for each in _WITH_NAMES], names)
+            for each, value in zip(_WITH_NAMES, new, strict=True):
+                setattr(self, each, value)
+
+    def _show_anew(self) -> None:
+        """Tell all listeners the names of the objects, also those in the pending proposal and question."""
+        proposal = self.situation.proposal
+        seen = self.look() if proposal is None else perceived_event(proposal.scene, 0.0, self.table)
+        self.send(seen)
+        if proposal is not None:
+            self.send(proposal.chosen)
+        self._asked_again()
 
     def replied(self, line: str) -> bool:
         """Answer a line that is small talk or a question, or names objects, and asks for nothing to be built. Return

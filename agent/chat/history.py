@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from PIL import Image
@@ -22,12 +22,12 @@ class _Kept:
     pictures: tuple[bytes | None, bytes | None]
 
 
+@dataclass
 class History:
     """The situations before the present one, and those that were undone, the latest last."""
 
-    def __init__(self) -> None:
-        self._past: list[_Kept] = []
-        self._future: list[_Kept] = []
+    _past: list[_Kept] = field(default_factory=list)
+    _future: list[_Kept] = field(default_factory=list)
 
     @property
     def last_poses(self) -> dict[str, np.ndarray] | None:

@@ -194,7 +194,10 @@ class SharedTable:
                 f"{quoted(line)} is the command {found[0].name} of a chat; here call a tool such as undo or stop"
             )
         if talk.named(line):
-            return self._proposal("answered", answer=self._last(events.Answered).answer)
+            self.version += 1
+            self.plans.drop_all("objects have had other names since")
+            offered = talk.situation.proposal is not None
+            return self._proposal("answered", self._last(events.Answered).answer, offered), []
         chosen = chosen_option(line, talk.question) if talk.question is not None else None
         if chosen is None and bare_words(line) in (*YES, *NO):
             raise UsageError(
@@ -221,7 +224,7 @@ class SharedTable:
             AgentError: if there is no proposal.
         """
         self._begin(job)
-        if not self._talk.situation.asked and self._talk.question is None:
+        if not self._talk.wanted.asked and self._talk.question is None:
             raise UsageError("nothing was asked for yet, so there is no other arrangement; call propose with a wish")
         self._begin_anew("another arrangement was asked for since")
         return self._proposed(self._talk.again(seed), job)
@@ -247,20 +250,20 @@ class SharedTable:
             proposal = self._talk.situation.proposal
             assert proposal is not None  # a line has led to it
             pictures = [one.content for one in pictures_of(proposal.chosen) if one.name == "proposed-goal"]
-            return self._proposal("proposed"), pictures
+            return self._proposal("proposed", offered=True), pictures
         if job.stopped:
             raise StoppedError("the proposal was stopped before it was made")
         if (failed := self._last(events.Failed)) is not None:
             raise NotBuildable(failed.message)
         return self._proposal("question"), []
 
-    def _proposal(self, status: str, answer: str | None = None) -> ProposeResult:
+    def _proposal(self, status: str, answer: str | None = None, offered: bool = False) -> ProposeResult:
         question = self._talk.question
         return ProposeResult(
             status=status,
             wish=self._wish(),
             notes=list(map(self._quoted, notes_of(self._heard))),
-            plans=self._offers() if status == "proposed" else [],
+            plans=self._offers() if offered else [],
             question=self._quoted(question.text) if question else None,
             options=self._options(),
             answer=None if answer is None else self._quoted(answer),

@@ -22,7 +22,7 @@ def seen_objects(seen: events.Perceived) -> list[SeenObject]:
     """Return the objects that were seen, with their places and sizes."""
     return [
         SeenObject(
-            name=one.display_name or one.name,
+            name=one.name,  # plans and questions call it so too
             category=one.category,
             color=one.color_name,
             position=_rounded(one.position),

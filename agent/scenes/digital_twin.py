@@ -28,6 +28,7 @@ from agent.scenes.object_attributes import attributes_at
 from agent.scenes.object_placement import placement_of, saved_objects
 from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
 from agent.scenes.recorded_objects import UNKNOWN, RecordedObject, called, recorded_objects
+from agent.scenes.renaming import renamed
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
 from agent.scenes.workcell import Workcell
@@ -109,6 +110,7 @@ class RecordedSource:
 
     def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
         """See `SceneSource`."""
+        told = taken_nouns(self.segments.objects, self.called)
         self.called = {
             **self.called,
             **{
@@ -116,12 +118,20 @@ class RecordedSource:
                 for found, each in zip(self.segments.objects, self.objects, strict=True) if each.name in nouns
             },
         }  # fmt: skip
-        self.objects = tuple(called(each, nouns[each.name]) if each.name in nouns else each for each in self.objects)
+        before = self.objects
+        self.objects = tuple(called(each, nouns[each.name]) if each.name in nouns else each for each in before)
         self.referents = [
             replace(referent, name=each.display_name)
             for referent, each in zip(self.referents, self.objects, strict=True)
         ]
-        table.call({each.name: (each.display_name, each.model.category) for each in self.objects if each.name in nouns})
+        gone = set(told) - set(taken_nouns(self.segments.objects, self.called))
+        table.notes = tuple(note for note in table.notes if note not in gone)
+        table.call(
+            {
+                each.name: (now.name, now.display_name, now.model.category)
+                for each, now in zip(before, self.objects, strict=True) if each.name in nouns
+            }
+        )  # fmt: skip
 
     def _check_nouns(self, selection: Selection | None) -> None:
         """Ask which objects are meant if the instruction chooses by a noun that further objects may have.
@@ -295,6 +305,10 @@ class RecordedScene(TableScene):
                 if np.abs(poses[name] - self.world_from_initial[index]).max() <= _STAYS:
                     self.world.hold(index)
         return moved
+
+    def _rename(self, names: Mapping[str, str]) -> None:
+        super()._rename(names)
+        self._unsteady = renamed(self._unsteady, names)
 
     def look(self) -> Scene:
         """Observe the table; as long as nothing has moved, return the recorded observation."""

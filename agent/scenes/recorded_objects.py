@@ -68,14 +68,15 @@ def recorded_objects(segments: Segments, options: RecordedOptions) -> tuple[Reco
 
 
 def called(each: RecordedObject, noun: str) -> RecordedObject:
-    """Return an object with another noun, which keeps its number and its other words; its own name stays."""
+    """Return an object with another noun, which keeps its number and its other words."""
     number = read_name(each.name).number
     _, comma, words = each.display_name.partition(",")
     category = read_name(noun).head or noun
     return replace(
         each,
+        name=f"{noun} {number}",
         display_name=f"{noun} {number}{comma}{words}",
-        cloud=replace(each.cloud, category=category),
+        cloud=replace(each.cloud, name=f"{noun} {number}", category=category),
         model=replace(each.model, category=category),
     )
 

@@ -18,6 +18,7 @@ from agent.arm.recovery import AT_HOME, is_folded, tidy_up
 from agent.scenes.film_camera import FilmCamera
 from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import lowest_point
+from agent.scenes.renaming import renamed
 from agent.scenes.workcell import Workcell
 from grounding.references.attributes import ObjectAttributes, SceneObject
 from structdiffusion.geometry import tilt_between, transform_points
@@ -188,17 +189,24 @@ class TableScene:
         self.world_from_initial = self.world_from_initial[order]
         self.count = len(names)
 
-    def call(self, words: Mapping[str, tuple[str, str]]) -> None:
-        """Give objects other words: name -> the words that an instruction can call it by, and its noun."""
+    def call(self, words: Mapping[str, tuple[str, str, str]]) -> None:
+        """Give objects other words: name -> its new name, what an instruction can call it, and its noun."""
         index_of = {name: index for index, name in enumerate(self.names)}
         models, display_names = list(self.models), list(self.display_names)
-        for name, (display_name, noun) in words.items():
+        for name, (_, display_name, noun) in words.items():
             display_names[index_of[name]] = display_name
             models[index_of[name]] = replace(models[index_of[name]], category=noun)
             if (seen := self._seen.get(name)) is not None:
                 self._seen[name] = replace(seen, cloud=replace(seen.cloud, category=noun))
         self.models, self.display_names = tuple(models), tuple(display_names)
         self.confidences = {name: share for name, share in self.confidences.items() if name not in words}
+        self._rename({name: new for name, (new, _, _) in words.items()})
+
+    def _rename(self, names: Mapping[str, str]) -> None:
+        """Give objects other names: old name -> new name."""
+        self.names, self._place, self._seen, self.notes, self.out_of_reach, self.missing = renamed(
+            (self.names, self._place, self._seen, self.notes, self.out_of_reach, self.missing), names
+        )
 
     @property
     def original_names(self) -> tuple[str, ...]:

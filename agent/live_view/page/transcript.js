@@ -23,6 +23,8 @@ export class Transcript {
   add(entry) {
     const made = MADE[entry.type]?.(entry);
     if (!made) return;
+    // The next turn begins: an error of an earlier one is history.
+    if (entry.type === "said") for (const error of this.log.querySelectorAll(":scope > .red")) error.className = "dim";
     const alone = ["said", "question"].includes(entry.type) || entry.style === "red" || (!this.card && entry.style === "dim");
     if (alone) {
       this.card = null;

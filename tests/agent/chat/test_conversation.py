@@ -9,7 +9,7 @@ from agent import events
 from agent.arm.events import Picked, Placed, Planned, Stopped
 from agent.chat.other_arrangement import differs, places_of
 from agent.chat.conversation import Conversation
-from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, UsageError
+from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, NoValidGoal, UsageError
 from agent.event_base import kind_of
 from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec
@@ -335,6 +335,22 @@ def test_again_proposes_what_looks_different(conversation, sent, wish):
     assert notes < 3
     conversation.say("put the cups in a line")  # another wish begins anew
     assert conversation.situation.proposal.rank == 1
+
+
+def test_a_wish_that_no_arrangement_was_good_enough_for_can_be_tried_again(conversation, sent, monkeypatch):
+    def none(arrangements):
+        raise NoValidGoal("none of them is good enough")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("agent.chat.build_session.filter_viable", none)
+        assert not conversation.say("put the cups in a circle") and not conversation.situation.asked
+        assert not conversation.again()  # from the next seed, which fails here too
+    seed = conversation.options.seed
+    assert conversation.again() and conversation.options.seed == seed + 1
+    assert conversation.situation.goal.shape == "circle" and conversation.situation.proposal is not None
+    conversation.reset()
+    with pytest.raises(UsageError, match="nothing was asked for yet"):
+        conversation.again()
 
 
 def test_again_while_a_question_is_open_asks_it_again(conversation, sent):

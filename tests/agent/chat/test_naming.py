@@ -1,5 +1,9 @@
 """Objects of a recording get their nouns in conversation: what says so, what does not, and what follows."""
 
+import json
+from dataclasses import dataclass
+
+import numpy as np
 import pytest
 
 from agent import events
@@ -9,6 +13,7 @@ from agent.errors import UsageError
 from agent.event_base import json_value
 from agent.pipeline.run import RunOptions
 from agent.reporting.event_text import describe_object
+from agent.scenes.renaming import renamed
 
 
 @pytest.mark.parametrize(
@@ -68,14 +73,15 @@ def test_a_recordings_objects_keep_their_nouns_for_the_conversation(cache, sent)
         (answered,) = [event for event in sent if isinstance(event, events.Answered)]
         assert answered.answer.startswith("object 3 is bowl 3, purple")
         seen = {one.name: one for one in talk.look().objects}
-        assert seen["object 3"].display_name == "bowl 3, purple" and seen["object 3"].category == "bowl"
-        assert describe_object(json_value(seen["object 3"])) == "bowl 3, purple"
+        assert seen["bowl 3"].display_name == "bowl 3, purple" and seen["bowl 3"].category == "bowl"
+        assert describe_object(json_value(seen["bowl 3"])) == "bowl 3, purple"
         with pytest.raises(UsageError, match="no object 9; legal: 1, 2, 3, 4"):
             talk.replied("object 9 is a bowl")
         assert talk.replied("object 4 is a bowl") and talk.say("put the bowls in a line")
-        assert set(talk.situation.objects) == {"object 3", "object 4"}
+        assert set(talk.situation.objects) == {"bowl 3", "bowl 4"}
+        assert talk.replied("bowl 4 is really a plate")
         proposal = talk.situation.proposal
-        assert talk.replied("bowl 4 is really a plate") and talk.situation.proposal is proposal
+        assert {goal["name"] for goal in proposal.chosen.goals} == {"bowl 3", "plate 4"}
         assert "plate 4, green" in talk.table.display_names and talk.table.referents[0].name.startswith("bowl 3")
     with Conversation(RunOptions("example", model="geometric"), cache, [sent]) as other:
         assert not any("bowl 3" in words for words in other.table.display_names)
@@ -84,3 +90,38 @@ def test_a_recordings_objects_keep_their_nouns_for_the_conversation(cache, sent)
 def test_objects_with_names_of_their_own_are_not_renamed(conversation):
     with pytest.raises(UsageError, match="only the objects of a recording"):
         conversation.replied("cup 1 is a bowl")
+
+
+def test_a_noun_that_is_given_while_a_proposal_is_pending_is_the_name_from_then_on(cache, sent, tmp_path):
+    with Conversation(RunOptions("example", model="geometric", execute=False), cache, [sent]) as talk:
+        assert talk.say("put object 3 on the left") and talk.replied("call object 1 the red mug")
+        before, at_work = len(sent), talk.situation.proposal
+        assert talk.replied("object 3 is a bowl")
+        answered, seen, chosen = sent[before:]
+        assert isinstance(seen, events.Perceived) and {one.name for one in seen.objects} >= {"bowl 3", "red mug 1"}
+        assert [goal["name"] for goal in chosen.goals] == ["bowl 3"]
+        assert not any("object 1 is taken" in note for note in seen.notes)
+        proposal = talk.situation.proposal
+        assert talk.situation.shown is proposal and proposal.viable_count == at_work.viable_count
+        assert talk.go()
+        checked = [event for event in sent if isinstance(event, events.Checked)][-1]
+        names = json.dumps(json_value(checked.checks))
+        assert "bowl 3 at left" in names and "object 3" not in names
+        talk.undo()  # to what was before it had that name
+        assert talk.say("put object 3 at the front") and talk.situation.objects == ("bowl 3",)
+
+
+def test_names_change_within_sentences_and_what_is_one_object_stays_one():
+    @dataclass(frozen=True)
+    class Wish:
+        objects: tuple[str, ...]
+        poses: dict[str, np.ndarray]
+        text: str
+        count: int = 3
+
+    pose = np.eye(4)
+    wish = Wish(("object 3", "object 31"), {"object 3": pose}, "object 3 on object 31")
+    untouched = Wish(("cup",), {"cup": pose}, "cup")
+    first, second, same = renamed([wish, {"a": wish}, untouched], {"object 3": "object 31", "object 31": "object 3"})
+    assert first.objects == ("object 31", "object 3") and first.text == "object 31 on object 3"
+    assert first.poses["object 31"] is pose and second["a"] is first and same is untouched

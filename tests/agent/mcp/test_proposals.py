@@ -11,6 +11,7 @@ pytest.importorskip("mcp", reason="needs the extra mcp")
 
 from PIL import Image
 
+from agent.pipeline.run import RunOptions
 from agent.rendering.image_files import webp_of, within_size
 from agent.scenes.files import SUFFIXES
 from tests.agent.chat.conftest import DESK
@@ -132,6 +133,26 @@ def test_nothing_to_show_again_is_one_sentence(served):
         assert "seed" in await refusal(client, "propose_again", seed=-1)
 
     served.speak(conversation)
+
+
+def test_a_noun_that_is_said_is_the_name_in_every_answer(tmp_path, models, monkeypatch):
+    monkeypatch.setattr(conftest, "OPTIONS", RunOptions("example", model="geometric"))
+
+    async def conversation(client):
+        told = {one["name"]: one["category"] for one in (await data(client, "look"))["objects"]}
+        assert told.keys() == {"object 1", "object 2", "object 3", "object 4"} and told["object 3"] == "object"
+        offered = await data(client, "propose", text="put object 3 on the left")
+        named = await data(client, "propose", text="object 3 is a bowl")
+        assert named["status"] == "answered" and "bowl 3" in named["answer"] and "bowl 3" in named["wish"]
+        assert [move["name"] for plan in named["plans"] for move in plan["moves"]] == ["bowl 3"] * len(named["plans"])
+        seen = await data(client, "look")
+        assert ("bowl 3", "bowl") in {(one["name"], one["category"]) for one in seen["objects"]} and "bowl 3" in seen["asked"]
+        why = await refusal(client, "preview", plan_id=offered["plans"][0]["plan_id"])
+        assert "void because objects have had other names since" in why
+        assert (await data(client, "preview", plan_id=named["plans"][0]["plan_id"]))["stands"]
+
+    with serving(tmp_path, models) as other:
+        other.speak(conversation)
 
 
 def test_names_from_a_file_are_quoted_wherever_they_are_told(tmp_path, models, monkeypatch):
