@@ -48,7 +48,9 @@ def texts(content, kind=None):
         (LINES.replace("\n", "\r"), JSON, "line", [1, 2]),
     ],
 )
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-32-le", "utf-32-be"])
+@pytest.mark.parametrize(
+    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-32-le", "utf-32-be"]
+)
 def test_a_file_is_what_its_content_is(content, kind, unit, numbers, encoding):
     assert texts(content.encode(encoding)) == (kind, unit, numbers, TEXTS)
 
