@@ -24,8 +24,10 @@ _SEVERAL = 2  # objects of a noun that make it worth talking about
 
 
 def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: int = 0) -> DrawnScene:
-    """Draw a table for a conversation: where the library has them, four cups and three cans, which the first sentences of
-    the documents ask for, with room for a small circle of the cups on the left; two of another noun; and one other.
+    """Draw a table for a conversation: four cups and three cans, which the first sentences of the documents ask for,
+    with room for a small circle of the cups on the left, and two of another noun.
+
+    Without so many cups and cans in the library, draw a line and one other object.
 
     Args:
         library: the objects to draw from.
@@ -47,9 +49,8 @@ def assortment(library: Sequence[ObjectModel], rng: np.random.Generator, turn: i
     if several:
         wanted[several[turn % len(several)]] = _SEVERAL
     these = [model for noun, count in wanted.items() for model in _first(some, noun, count)]
-    others = [model for model in some if model.category not in wanted][:1]
     cups = [model for model in these if model.category == "cup"]
-    return draw_scene([*these, *others], _ROOM_FOR, rng, members=cups)
+    return draw_scene(these, _ROOM_FOR, rng, members=cups)
 
 
 def _first(models: Sequence[ObjectModel], noun: str, count: int) -> list[ObjectModel]:

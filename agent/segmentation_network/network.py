@@ -71,10 +71,10 @@ class SegmentationNetwork:
         from safetensors.numpy import load_file
 
         try:
-            check_weights(folder / "model.safetensors", WEIGHTS_BYTES)
             kind = read_json(folder / "config.json")["kind"]
             if kind != KIND:
                 raise ValueError(f"its kind is {kind!r}; legal: {KIND}")
+            check_weights(folder / "model.safetensors", WEIGHTS_BYTES)
             return cls(load_file(folder / "model.safetensors"))
         except (OSError, ValueError, KeyError, TypeError, SafetensorError) as error:
             raise BadInput(f"{str(folder)!r} holds no segmentation network: {error}") from error

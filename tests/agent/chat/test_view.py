@@ -115,7 +115,7 @@ def test_the_key_is_not_repeated_until_it_changes_or_somebody_asks(run_events):
     assert console.file.getvalue().count("1 cup 1") == 2
     others = tuple(replace(one, takes_part=one.name != "cup 1") for one in run_events[2].objects)
     screen.scene(replace(run_events[2], objects=others).to_dict())
-    assert "a cup 1" in console.file.getvalue()
+    assert "(1 cup 1)" in console.file.getvalue()
 
 
 def test_a_tower_is_recognised_as_a_stack(run_events):

@@ -51,7 +51,8 @@ def test_table(data, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split()[:4] == ["parser", "data", "n", "exact"]
     rows = [line for line in lines if line.startswith("embedding")]
-    assert " 2 " in rows[0] and max(map(len, lines)) <= 120
+    *tables, command = lines
+    assert " 2 " in rows[0] and max(map(len, tables)) <= 120 and command.startswith("structagent evaluate parse ")
     assert any("95 % Wilson" in line for line in lines)
 
 

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from agent import events
-from agent.arm.events import Picked, Placed, Planned
+from agent.arm.events import Picked, Placed, Planned, StandingChanged
 from agent.live_view.live_view import LiveView
 from agent.pipeline.event_builders import chosen_event, perceived_event
 from structdiffusion.geometry import matrix_from_quaternion, pose_from_xyz_yaw
@@ -239,3 +239,21 @@ def test_how_a_turn_ended_is_gone_after_a_line_that_was_no_turn(view, sent, tabl
     assert sent.last("progress")["outcome"] == "failure", "it is shown until a line is said"
     view.on_waiting(talk_about(table))
     assert sent.last("progress")["outcome"] == ""
+
+
+def test_what_fell_is_not_counted_by_the_bar(sent):
+    """The second placement fells the first object, which then stands again."""
+    view = LiveView(sent, transcript=False)
+    view.on_event(events.Started("x", {}))
+    view.on_event(Planned(0, (0, 1), ("side", "side"), 1.0))
+    for index in range(2):
+        view.on_event(Placed(index, f"cup {index + 1}", False, 0.0, 0.0, np.eye(4), 1.0))
+    assert sent.last("progress")["placed"] == 2
+    view.on_event(StandingChanged(0, "cup 1", False, "lies 90 degrees off", "cup 2 was placed"))
+    told = sent.last("progress")
+    assert (told["placed"], told["motions"]) == (1, 2)
+    assert told["stage"] == "cup 1 stands no longer: it lies 90 degrees off since cup 2 was placed"
+    view.on_event(Placed(0, "cup 1", False, 0.0, 0.0, np.eye(4), 1.0, trouble="lies 90 degrees off"))
+    assert sent.last("progress")["placed"] == 2 and "does not stand" in sent.last("progress")["stage"]
+    view.on_event(StandingChanged(0, "cup 1", True, "", "the arm was done"))
+    assert (sent.last("progress")["placed"], sent.last("progress")["motions"]) == (3, 3)

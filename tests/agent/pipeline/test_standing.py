@@ -8,12 +8,13 @@ import pytest
 from rich.console import Console
 
 from agent import events
-from agent.arm.events import Picked, Placed, StandingChanged
+from agent.arm.events import Picked, Placed, Planned, StandingChanged
 from agent.chat.view import ChatScreen
 from agent.errors import ExecutionFailed
 from agent.pipeline.building import build_with_arm
 from agent.pipeline.event_builders import perceived_event
 from agent.reporting.event_schema import payload_error
+from agent.reporting.event_text import arm_sentence
 from agent.reporting.html.document import run_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.terminal_report import TerminalReport
@@ -130,3 +131,24 @@ class _Told:
 
     def to_dict(self):
         return self.payload
+
+
+@pytest.mark.parametrize("failure", [None, "intersection", "not upright"])
+def test_a_trial_says_what_it_is_and_what_it_is_not(failure):
+    verdict = events.Checked(failure is None, failure, (), "why", "released", 0.4, "the twin's bodies")
+    out = [io.StringIO(), io.StringIO()]
+    record = RunRecord()
+    for listener in (TerminalReport(Console(file=out[0], width=400)), ChatScreen(Console(file=out[1], width=400)), record):
+        listener.on_event(events.Started("x", {}))
+        listener.on_event(verdict)
+    for text in (*(each.getvalue() for each in out), run_page(record.turn).replace("&#x27;", "'")):
+        assert "The trial lets the twin's bodies go 3 cm above their goals in physics" in text
+        assert "whether the arm can reach and grasp them is not tried" in text
+        assert ("may build it nonetheless" in text) == (failure == "intersection")
+        assert "built by the arm" not in text
+
+
+def test_a_plan_says_which_motion_only_makes_room():
+    payload = Planned(0, (1, 0, 1), ("side", "rim", "side"), 1.0).to_dict()
+    sentence = arm_sentence(payload, ["can 1", "can 2"])
+    assert sentence.endswith("can 2 (side, set aside), then can 1 (rim), then can 2 (side)")

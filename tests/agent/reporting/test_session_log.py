@@ -14,7 +14,7 @@ from agent.reporting import session_reader
 from agent.reporting.event_schema import event_classes, payload_error
 from agent.reporting.replay import records_of, replay
 from agent.reporting.run_report import RunRecord
-from agent.reporting.session_format import READABLE_VERSIONS
+from agent.reporting.session_format import READABLE_VERSIONS, upgrade_payload
 from agent.reporting.session_log import SessionWriter, run_session
 from agent.reporting.session_reader import read_session
 from agent.runtime.redaction import without_credentials
@@ -358,3 +358,14 @@ def test_a_session_of_this_version_needs_the_goal(path):
     path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
     with pytest.raises(BadInput, match=r"parsed\.goal is missing"):
         read_session(path)
+
+
+def test_a_placement_of_an_earlier_version_stood(run_events):
+    """Sessions up to version 5 neither said what fell nor counted objects."""
+    placed = next(event for event in run_events if type(event).__name__ == "Placed").to_dict()
+    seen = run_events[2].to_dict()
+    old = {key: value for key, value in placed.items() if key not in ("trouble", "again", "on")}
+    objects = [{key: value for key, value in one.items() if key != "number"} for one in seen["objects"]]
+    assert payload_error(old) == "placed.trouble is missing"
+    assert upgrade_payload(old, 5) == placed and payload_error(upgrade_payload(old, 5)) is None
+    assert upgrade_payload({**seen, "objects": objects}, 5) == seen

@@ -15,6 +15,15 @@ from structdiffusion.worker_process import without_interruptions
 SIGNALS = {signal.SIGTERM: (143, "terminated"), signal.SIGHUP: (129, "the terminal was closed")}
 
 
+@pytest.fixture(autouse=True)
+def untreated():
+    """Give the signals their default treatment, which a library that another test has started may have changed."""
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in SIGNALS}
+    yield
+    for number, treatment in before.items():
+        signal.signal(number, treatment or signal.SIG_DFL)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_it_is_raised_and_a_second_one_is_not_caught(number):
     with termination_raised():

@@ -36,12 +36,13 @@ def test_two_processes_step_by_the_mean_of_their_gradients_and_one_goes_on_alone
     in_processes(work, 2, tmp_path)
     model, loss = toy()
     optimizer = torch.optim.AdamW(model.parameters(), lr=2e-3, weight_decay=0.01, fused=True)
-    generators = [torch.Generator().manual_seed(seed) for seed in SEEDS]
+    generators = [torch.Generator() for _ in SEEDS]
     means = []
     for step in range(6):
         optimizer.param_groups[0]["lr"] = learning_rate(step, OPTIONS)
         optimizer.zero_grad()
-        mean = sum(loss(generator)["loss"] for generator in generators) / 2
+        seeded = [one.manual_seed(seed + step) for one, seed in zip(generators, SEEDS, strict=True)]
+        mean = sum(loss(generator)["loss"] for generator in seeded) / 2
         mean.backward()
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
         optimizer.step()
