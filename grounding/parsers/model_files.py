@@ -81,7 +81,7 @@ def check_files(folder: Path) -> None:
         if not path.is_file() or size > most:
             what = f"has {size} bytes; at most {most} are read" if path.is_file() else "is no file"
             raise ModelFilesError(f"{path.name} {what}")
-    for path in sorted(folder.glob("*.safetensors")):
+    for path in _weights(folder):
         try:
             check_weights(path, WEIGHTS_BYTES)
         except (OSError, ValueError) as error:
@@ -96,7 +96,7 @@ def check_promise(folder: Path, network: nn.Module) -> None:
     Raises:
         ModelFilesError: for a network that is many times larger than its files.
     """
-    stored = sum(path.stat().st_size for path in folder.glob("*.safetensors"))
+    stored = sum(path.stat().st_size for path in _weights(folder))
     wanted = sum(each.numel() for each in (*network.parameters(), *network.buffers()))
     if wanted > _WEIGHTS_A_BYTE * stored:
         raise ModelFilesError(f"config.json asks for {wanted} weights, and the files have only {stored} bytes of them")
@@ -113,6 +113,24 @@ def _config(folder: Path) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise ModelFilesError(f"{path.name} holds no JSON object")
     return found
+
+
+def _weights(folder: Path) -> list[Path]:
+    """Return the files of weights that a library reads: one, or those that an index names.
+
+    Raises:
+        ModelFilesError: for an index that is none, or names something else than files of its folder.
+    """
+    whole, index = folder / "model.safetensors", folder / "model.safetensors.index.json"
+    if whole.exists() or not index.exists():
+        return [whole] if whole.exists() else []
+    try:
+        names = {Path(name) for name in read_json(index, TOKENIZER_BYTES)["weight_map"].values()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ModelFilesError(f"{index.name} is no list of files of weights") from error
+    if any(name.name != str(name) for name in names):
+        raise ModelFilesError(f"{index.name} names a file outside its folder")
+    return sorted(folder / name for name in names)
 
 
 def _parts(config: dict[str, Any]) -> Iterator[dict[str, Any]]:
