@@ -2,7 +2,12 @@
 
 import sys
 
-from agent.runtime.interruption import INTERRUPTED, handle_interruptions, ignore_further_interruptions
+from agent.runtime.interruption import (
+    INTERRUPTED,
+    handle_interruptions,
+    ignore_further_interruptions,
+    keep_exit_code,
+)
 
 handle_interruptions()  # before anything else is imported
 
@@ -14,10 +19,15 @@ def main() -> None:
 
         end_when_nobody_reads()
         _command_line()
+        keep_exit_code(0)
     except KeyboardInterrupt:  # before the command line could take it
         ignore_further_interruptions()
         print("structagent: interrupted", file=sys.stderr)
+        keep_exit_code(INTERRUPTED)
         sys.exit(INTERRUPTED)
+    except SystemExit as ended:
+        keep_exit_code(ended.code)
+        raise
     finally:
         ignore_further_interruptions()
         for stream in (sys.stdout, sys.stderr):

@@ -22,14 +22,25 @@ _BYTE_ORDER_MARKS = (
     (codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF32_LE, "utf-32-le"), (codecs.BOM_UTF32_BE, "utf-32-be"),
     (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"),
 )  # fmt: skip
-_DELIMITERS = "\t,;"
+_DELIMITERS = "\t,;|"
+# How spreadsheets tell each other, before a table, what separates its cells.
+_SAID_DELIMITER = re.compile(r'\s*"?sep=(.)"?[\t,;|]*\s*', re.IGNORECASE)
 # What begins a JSON object or array, and no sentence.
 _JSON_BEGINNING = re.compile(
-    r'\s*(?:\{\s*(?:$|"|\}\s*$)|\[\s*(?:$|[\[{"]|\]\s*$|-?\d+(?:\.\d+)?\s*,|(?:null|true|false)\b))'
+    r'\s*(?:\{\s*(?:$|"|\}\s*$|\'?\w+\'?\s*:)|\[\s*(?:$|[\[{"]|\]\s*$|-?\d+(?:\.\d+)?\s*,|(?:null|true|false)\b))'
 )
 _MARKUP = re.compile(rb"\s*<(?:!doctype|html|\?xml|[a-z]+[ >])", re.IGNORECASE)
 # What else a file can begin with, and a list of sentences does not.
-_OTHERS = {"YAML": re.compile(rb"(?:---|%YAML|- *\w+:|\w+: *$)"), "a Markdown table": re.compile(rb" *\|")}
+_OTHERS = {
+    "YAML": re.compile(rb"(?:---|%YAML|- *\w+:|\w+: *$)"),
+    "a file of settings": re.compile(rb"\[[\w. -]+\] *$|\w+ *= *[\[{\"']"),
+    "PDF": re.compile(rb"%PDF-"),
+    "RTF": re.compile(rb"\{\\rtf"),
+    "a Markdown table": re.compile(rb" *\|"),
+}
+# Characters that files of other programs are full of, and no text has: not those for lines, columns and records.
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x19\x1c\x1d\x7f]")
+_HEAD = 1000  # bytes by which a file is known
 _SEPARATOR = re.compile(rb"\t|;(?! )|,(?! )")
 
 
@@ -72,6 +83,10 @@ def encoding_of(content: bytes) -> tuple[str, int]:
             return encoding, len(mark)
     # Latin letters in UTF-16 have a zero in every second byte.
     head = content[:200]
+    zeros = [head[place::4].count(0) / max(1, len(head) // 4) for place in range(4)]
+    for encoding, high in (("utf-32-le", zeros[1:]), ("utf-32-be", zeros[:3])):
+        if len(head) >= 4 and min(high) > 0.8:
+            return encoding, 0
     odd, even = head[1::2].count(0), head[::2].count(0)
     if len(head) >= 2 and max(odd, even) > 0.8 * (len(head) // 2):
         return ("utf-16-le" if odd > even else "utf-16-be"), 0
@@ -88,11 +103,14 @@ def as_utf8(content: bytes) -> bytes:
     body = content[mark:]
     if encoding != "utf-8":
         try:
-            return body.decode(encoding).encode()
+            body = body.decode(encoding).encode()
         except UnicodeError:
             raise InstructionFileError(f"begins as {encoding.upper()} text does, and is none") from None
     if b"\0" in body:
         raise InstructionFileError(f"is not text: it has zero bytes; {LEGAL}")
+    head = body[:_HEAD]
+    if len(_CONTROL.findall(head)) > len(head) / 50:
+        raise InstructionFileError(f"is not text: it has control characters; {LEGAL}")
     return body
 
 
@@ -107,6 +125,8 @@ def read_entries(content: bytes, kind: str | None = None) -> Entries:
         InstructionFileError: for a file of another kind.
     """
     content = as_utf8(content)
+    if b"\n" not in content:
+        content = content.replace(b"\r", b"\n")  # as some programs still end lines
     if _MARKUP.match(content):
         raise InstructionFileError(f"is a page or a document in markup; {LEGAL}")
     lines = [Entry(number, line.rstrip(b"\r")) for number, line in enumerate(content.split(b"\n"), start=1)]
@@ -115,13 +135,16 @@ def read_entries(content: bytes, kind: str | None = None) -> Entries:
     if not said:
         return Entries(kind or TEXT, "line", lines if kind == JSON else [])
     first = said[0].content.decode("utf-8", "replace")
+    if kind != JSON and (said_delimiter := _SAID_DELIMITER.fullmatch(first)) and len(said) > 1:
+        return _table_entries(content, said[1].content.decode("utf-8", "replace"), said_delimiter[1])
     if kind != TABLE and (kind == JSON or looks_like_json(first) or _all_quoted(said)):
         return _json_entries(content, lines if kind == JSON else said, promised=kind == JSON)
-    if kind == TABLE or _delimiter(first) is not None:
-        return _table_entries(content, first)
     for other, beginning in _OTHERS.items():
-        if beginning.match(said[0].content):
+        if kind is None and beginning.match(said[0].content):
             raise InstructionFileError(f"looks like {other}; {LEGAL}")
+    delimiter = _delimiter(first, _DELIMITERS)
+    if kind == TABLE or delimiter is not None:
+        return _table_entries(content, first, delimiter)
     if _like_a_table(said):
         raise InstructionFileError(
             "looks like a table, and its first line names no column "
@@ -188,18 +211,29 @@ def _values(text: str, commas: bool = False) -> list[str]:
         at = end
 
 
-def _delimiter(line: str) -> str | None:
-    """Return what separates the cells of a table's first line, which names the column of the instructions."""
-    for delimiter in _DELIMITERS:
+def _delimiter(line: str, delimiters: str) -> str | None:
+    """Return which of some delimiters separates the cells of a table's first line, which names the column of the
+    instructions.
+    """
+    for delimiter in delimiters:
         cells = [cell.strip().strip('"').lower() for cell in line.split(delimiter)]
         if any(cell in TEXT_COLUMNS for cell in cells) and all(" " not in cell for cell in cells):
             return delimiter
     return None
 
 
-def _table_entries(content: bytes, first: str) -> Entries:
-    delimiter = _delimiter(first)
-    if delimiter is None:
+def _is_open(lines: list[str], delimiter: str) -> bool:
+    """Tell whether the quotation mark of a cell in the last row of a table, of these lines, has no end."""
+    try:
+        list(csv.reader([f"{line}\n" for line in lines], delimiter=delimiter, strict=True))
+    except csv.Error as error:
+        return "unexpected end" in str(error)
+    return False
+
+
+def _table_entries(content: bytes, first: str, delimiter: str | None) -> Entries:
+    """Divide a table into its rows, from the line that names its columns."""
+    if delimiter is None or _delimiter(first, delimiter) is None:
         raise InstructionFileError(
             f"is named as a table, and its first line names no column {' or '.join(map(repr, TEXT_COLUMNS))}"
         )
@@ -227,4 +261,9 @@ def _table_entries(content: bytes, first: str) -> Entries:
             rows.append(Entry(number, json.dumps(filled, ensure_ascii=False).encode()))
     except csv.Error as error:
         raise InstructionFileError(f"is a table that cannot be read: {error} in line {reader.line_num}") from None
+    if rows and _is_open(text.split("\n")[rows[-1].number - 1 :], delimiter):
+        raise InstructionFileError(
+            f"is a table in which the quotation mark of a cell in line {rows[-1].number} never ends; what follows it "
+            "would be one cell"
+        )
     return Entries(TABLE, "line", rows)

@@ -1,11 +1,13 @@
 """Handle Ctrl-C from the first import of a command to its end: it ends in "interrupted" alone, whenever it comes.
 
 An interruption that comes while a library is imported is raised once that is imported: a half imported library fails in
-ways of its own. Nobody waits longer than `_PATIENCE` for that. One that comes where nothing can be raised, as in the deletion of an object, is raised right after it.
+ways of its own. Nobody waits longer than `_PATIENCE` for that. One that comes where nothing can be raised, as in the
+deletion of an object, is raised right after it.
 """
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
@@ -21,6 +23,7 @@ _SOON = 0.001  # s
 _SHOW_CURSOR = b"\x1b[?25h\r"
 
 _pressed = 0
+_exit_code: int | None = None
 
 
 def handle_interruptions() -> None:
@@ -31,12 +34,29 @@ def handle_interruptions() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _handle)
         sys.unraisablehook = _raise_later
+        atexit.register(_end_with_exit_code)  # the first that is registered is the last that is called
 
 
 def ignore_further_interruptions() -> None:
     """Let Ctrl-C do nothing any more, in a process whose result is known; only after `handle_interruptions`."""
     if signal.getsignal(signal.SIGINT) is _handle:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def keep_exit_code(code: object) -> None:
+    """Let the process end with this exit code (that of a `SystemExit`), even if it was interrupted.
+
+    Python otherwise ends itself by the signal where an interruption has left the evaluation of a text, as dataclasses
+    and type annotations need it, although the interruption was caught.
+    """
+    global _exit_code
+    if code is None or isinstance(code, int):
+        _exit_code = code or 0
+
+
+def _end_with_exit_code() -> None:
+    if _pressed and _exit_code is not None:
+        os._exit(_exit_code)
 
 
 def _handle(number: int, frame: FrameType | None) -> None:

@@ -58,6 +58,10 @@ def read_completion(answer: bytes) -> Completion:
             raise CompletionError(
                 "answered with something else than a chat completion: a web page, such as that of a log-in or a proxy"
             ) from error
+        if answer.startswith(_GZIP):
+            raise CompletionError("answered with compressed bytes, which were not asked for") from error
+        if _is_error(answer):
+            raise CompletionError("answered with an error, under status 200, in place of a completion") from error
         raise CompletionError("answered with something else than a chat completion") from error
     message, finish = choice
     content = message.get("content")
@@ -70,6 +74,18 @@ def read_completion(answer: bytes) -> Completion:
         # Some servers take a model's whole answer for its thoughts. Only what is an answer and nothing else is one.
         text = next((each for each in (_joined(reasoning), thoughts) if _is_json(each)), "")
     return Completion(text, finish, bool(refusal))
+
+
+_GZIP = b"\x1f\x8b"
+
+
+def _is_error(answer: bytes) -> bool:
+    """Tell whether an answer is the JSON object of an error, as proxies send it under status 200."""
+    try:
+        said = json.loads(answer)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(said, dict) and bool(said.get("error") or said.get("detail"))
 
 
 _REASONING = ("reasoning_content", "reasoning", "thinking")  # beside the content

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from grounding.atomic_files import unfinished_folder
 from grounding.parsers.llm_reply import LLMError
-from grounding.parsers.model_files import ModelFilesError, fetch, first_line, names_code
+from grounding.parsers.model_files import ModelFilesError, check_files, check_promise, fetch, first_line, names_code
 
 if TYPE_CHECKING:
     import torch
@@ -111,19 +111,24 @@ def load_model(folder: Path) -> tuple[PreTrainedModel, Tokenizer]:
     Raises:
         LLMError: for files that are missing or do not fit, or a model that needs code of its own.
     """
+    import torch
     from tokenizers import Tokenizer
-    from transformers import AutoModelForCausalLM
+    from transformers import AutoConfig, AutoModelForCausalLM
     from transformers.utils import logging
 
     logging.set_verbosity_error()
     logging.disable_progress_bar()
     try:
         brings_code = names_code(folder)
+        check_files(folder)
     except ModelFilesError as error:
         raise LLMError(f"the language model in {folder} cannot be loaded: {error}") from error
     try:
         tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
         # Without a plain no, the library asks on standard input, where a chat's next line would answer.
+        config = AutoConfig.from_pretrained(folder, local_files_only=True, trust_remote_code=False)
+        with torch.device("meta"):
+            check_promise(folder, AutoModelForCausalLM.from_config(config, trust_remote_code=False))
         network = AutoModelForCausalLM.from_pretrained(
             folder, dtype=quick_dtype(), local_files_only=True, trust_remote_code=False, use_safetensors=True
         )

@@ -3,8 +3,24 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from grounding.untrusted_files import JSON_BYTES, check_weights, read_json
+
+if TYPE_CHECKING:
+    from torch import nn
+
+_CONFIGS = ("config.json", "generation_config.json")
+# Bytes of a tokenizer or of an index of weights: the largest vocabularies, of 260,000 tokens, take 35 MB.
+TOKENIZER_BYTES = 100_000_000
+WEIGHTS_BYTES = 2**44
+# The most layers and experts that a config may ask for: several times as many as any model has.
+_MOST = {re.compile("layer", re.IGNORECASE): 1000, re.compile("expert", re.IGNORECASE): 10_000}
+# Weights may be packed as 4 bits each, and some be computed from others.
+_WEIGHTS_A_BYTE = 8
 
 
 class ModelFilesError(ValueError):
@@ -35,14 +51,11 @@ def names_code(folder: Path) -> bool:
     Raises:
         ModelFilesError: for a config that cannot be read, or that has attention computed by a program from the hub.
     """
-    config = _json_object(folder / "config.json")
+    config = _config(folder)
     # The library fetches an attention that is called OWNER/NAME from the hub and runs it, wherever it is asked for.
-    parts: list[Any] = [config]
-    while parts:
-        part = parts.pop()
-        parts += part.values() if isinstance(part, dict) else part if isinstance(part, list) else []
+    for part in _parts(config):
         for key in ("attn_implementation", "_attn_implementation", "_attn_implementation_internal"):
-            if isinstance(part, dict) and "/" in json.dumps(part.get(key)):
+            if "/" in json.dumps(part.get(key)):
                 raise ModelFilesError(f"{key} in config.json asks for a program from the model hub, which is never run")
     return bool(config.get("auto_map"))
 
@@ -52,11 +65,79 @@ def first_line(error: Exception) -> str:
     return next(iter(str(error).strip().splitlines()), "") or type(error).__name__
 
 
-def _json_object(path: Path) -> dict[str, Any]:
+def check_files(folder: Path) -> None:
+    """Check the size of a model's files, and how many parts its config asks for, before a library reads them.
+
+    Raises:
+        ModelFilesError: for files that are no files of a model, or would take a library minutes and gigabytes.
+    """
+    for part in _parts(_config(folder)):
+        for named, most in _MOST.items():
+            for key, value in part.items():
+                if named.search(key) and isinstance(value, (int, float)) and value > most:
+                    raise ModelFilesError(f"{key[:60]} in config.json is {value:.6g}; at most {most} are made")
+    for path in sorted(folder.glob("*.json")):
+        size, most = path.stat().st_size, JSON_BYTES if path.name in _CONFIGS else TOKENIZER_BYTES
+        if not path.is_file() or size > most:
+            what = f"has {size} bytes; at most {most} are read" if path.is_file() else "is no file"
+            raise ModelFilesError(f"{path.name} {what}")
+    for path in _weights(folder):
+        try:
+            check_weights(path, WEIGHTS_BYTES)
+        except (OSError, ValueError) as error:
+            raise ModelFilesError(f"{path.name} cannot be read: {first_line(error)}") from error
+
+
+def check_promise(folder: Path, network: nn.Module) -> None:
+    """Check that a model's files hold about as many weights as its network, made without memory, has.
+
+    A library makes up what is missing: a small folder would take all memory.
+
+    Raises:
+        ModelFilesError: for a network that is many times larger than its files.
+    """
+    stored = sum(path.stat().st_size for path in _weights(folder))
+    wanted = sum(each.numel() for each in (*network.parameters(), *network.buffers()))
+    if wanted > _WEIGHTS_A_BYTE * stored:
+        raise ModelFilesError(f"config.json asks for {wanted} weights, and the files have only {stored} bytes of them")
+
+
+def _config(folder: Path) -> dict[str, Any]:
+    path = folder / "config.json"
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        found = read_json(path)
+    except OSError as error:
+        raise ModelFilesError(f"{path.name} cannot be read: {error.strerror}") from error
+    except ValueError as error:
         raise ModelFilesError(f"{path.name} is no JSON text") from error
     if not isinstance(found, dict):
         raise ModelFilesError(f"{path.name} holds no JSON object")
     return found
+
+
+def _weights(folder: Path) -> list[Path]:
+    """Return the files of weights that a library reads: one, or those that an index names.
+
+    Raises:
+        ModelFilesError: for an index that is none, or names something else than files of its folder.
+    """
+    whole, index = folder / "model.safetensors", folder / "model.safetensors.index.json"
+    if whole.exists() or not index.exists():
+        return [whole] if whole.exists() else []
+    try:
+        names = {Path(name) for name in read_json(index, TOKENIZER_BYTES)["weight_map"].values()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ModelFilesError(f"{index.name} is no list of files of weights") from error
+    if any(name.name != str(name) for name in names):
+        raise ModelFilesError(f"{index.name} names a file outside its folder")
+    return sorted(folder / name for name in names)
+
+
+def _parts(config: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a config and all objects in it."""
+    waiting: list[Any] = [config]
+    while waiting:
+        part = waiting.pop()
+        waiting += part.values() if isinstance(part, dict) else part if isinstance(part, list) else []
+        if isinstance(part, dict):
+            yield part

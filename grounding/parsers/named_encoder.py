@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from grounding.parsers.model_files import ModelFilesError, fetch, first_line, names_code
+from grounding.parsers.model_files import ModelFilesError, check_files, fetch, first_line, names_code
 from grounding.parsers.sentence_encoder import (
     DEFAULT_MODEL,
     DEFAULT_SHA256,
@@ -183,6 +183,8 @@ def _brings_code(folder: Path) -> bool:
     configs, modules = sorted(folder.rglob("config.json")), folder / "modules.json"
     if not modules.is_file() and not (folder / "config.json").is_file():
         raise ModelFilesError("it has neither modules.json nor config.json")
+    for path in configs:
+        check_files(path.parent)
     if any(names_code(path.parent) for path in configs):
         return True
     if not modules.is_file():

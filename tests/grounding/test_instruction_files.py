@@ -1,6 +1,8 @@
 """Files of instructions are told by their content, and what is no instruction is never read as one."""
 
+import bz2
 import json
+import lzma
 
 import pytest
 
@@ -37,9 +39,18 @@ def texts(content, kind=None):
         ("id\tInstruction\r\na\tstack the blocks\r\n\r\nb\tmake a line\r\n", TABLE, "line", [2, 4]),
         ('"text";"id"\n"stack the blocks";a\n"make a line";b', TABLE, "line", [2, 3]),
         ("text\nstack the blocks\nmake a line\n", TABLE, "line", [2, 3]),
+        ("id|text\na|stack the blocks\nb|make a line\n", TABLE, "line", [2, 3]),
+        ("sep=;\r\ntext;id\r\nstack the blocks;a\r\nmake a line;b\r\n", TABLE, "line", [3, 4]),
+        ('"sep=\t"\nid\ttext\na\tstack the blocks\nb\t"make a line"\n', TABLE, "line", [3, 4]),
+        ("# mine\nSEP=,\nid,text\na,stack the blocks\nb,make a line\n", TABLE, "line", [4, 5]),
+        ("stack the blocks\rmake a line\r", TEXT, "line", [1, 2]),
+        ("text,id\rstack the blocks,a\rmake a line,b", TABLE, "line", [2, 3]),
+        (LINES.replace("\n", "\r"), JSON, "line", [1, 2]),
     ],
 )
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+@pytest.mark.parametrize(
+    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32", "utf-32-le", "utf-32-be"]
+)
 def test_a_file_is_what_its_content_is(content, kind, unit, numbers, encoding):
     assert texts(content.encode(encoding)) == (kind, unit, numbers, TEXTS)
 
@@ -80,6 +91,14 @@ def test_sentences_are_sentences(content):
         ("a,stack the blocks,7\nb,make a line,8", "names no column 'text'"),
         ("text,text\na,b", "two columns have the same name"),
         ('text\n"' + "a" * 200_000, "cannot be read: field larger"),
+        ('text,seed\nstack the blocks,1\n"make a line,2\nmake a circle,3\n', "in line 3 never ends"),
+        ("sep=;\nwish;seed\nmake a line;3\n", "names no column"),
+        (bz2.compress(b"stack the blocks\nmake a line\n"), "is not text"),
+        (lzma.compress(b"stack the blocks\nmake a line\n"), "is not text"),
+        ("%PDF-1.7\n1 0 obj\n<< >>\nendobj\n", "looks like PDF"),
+        ("{\\rtf1\\ansi make a line\\par}", "looks like RTF"),
+        ("[batch]\ntext = make a line\n", "looks like a file of settings"),
+        ('rows = [{"text": "make a line"}]\n', "looks like a file of settings"),
     ],
 )
 def test_what_else_a_file_is_is_named(content, why):
@@ -116,6 +135,11 @@ def test_cells_may_hold_lines_and_be_too_many():
 def test_damaged_bytes_stay_in_their_line():
     assert [row.content for row in read_entries(b"make a \xff line\nstack").rows] == [b"make a \xff line", b"stack"]
     assert as_utf8(b"\xef\xbb\xbfa") == b"a"
+
+
+def test_what_is_nearly_json_is_no_instruction():
+    for content in ("{'text': 'make a line', 'seed': 3}\n{'text': 'stack'}\n", "{text: 'make a line'}\n"):
+        assert read_entries(content.encode()).kind == JSON
 
 
 @pytest.mark.parametrize("text", ["[", "{", '{"a": 1}', '["a"]', "[[1]]", "[1, 2]", "[]", "{}", ' [ {"a"', "[null]"])

@@ -135,6 +135,39 @@ except KeyboardInterrupt:
     assert program(body) == (0, "raised\n", "")
 
 
+@pytest.mark.parametrize(("then", "code"), [("raise", 130), ("sys.exit(3)", 3), ("pass", 0)])
+def test_one_that_leaves_a_text_in_evaluation_ends_with_the_exit_code_all_the_same(then, code, tmp_path):
+    """Python would end itself by the signal: inspect and dataclasses evaluate texts while commands are assembled."""
+    (tmp_path / "evaluates.py").write_text(f"""
+import os, signal, sys
+import agent.__main__ as command
+def evaluate():
+    try:
+        eval("os.kill(os.getpid(), signal.SIGINT)")
+    except KeyboardInterrupt:
+        {then}
+command._command_line = evaluate
+command.main()
+""")
+    process = cold("-m", "evaluates", cwd=tmp_path)
+    assert (process.communicate()[1], process.returncode) == (SAID if code == 130 else "", code)
+
+
+def test_it_is_told_where_pybullet_is_imported_without_its_greeting(tmp_path):
+    (tmp_path / "pybullet.py").write_text(
+        "import os, signal\nos.write(2, b'greeting')\nos.kill(os.getpid(), signal.SIGINT)\n"
+    )
+    body = f"""
+sys.path.insert(0, {str(tmp_path)!r})
+from structdiffusion.simulation.pybullet_import import import_pybullet_silently
+try:
+    import_pybullet_silently()
+except KeyboardInterrupt:
+    print("interrupted", file=sys.stderr)
+"""
+    assert program(body) == (0, "", "interrupted\n")
+
+
 def test_nothing_interrupts_what_has_ended():
     assert program("ignore_further_interruptions()\npress()\nprint('done')") == (0, "done\n", "")
 

@@ -1,5 +1,6 @@
 """What a model says is told from what it thinks, in every spelling in which servers hand on thoughts."""
 
+import gzip
 import json
 
 import pytest
@@ -111,12 +112,25 @@ def test_a_stream_that_nobody_asked_for_is_joined():
 
 @pytest.mark.parametrize(
     "answer",
-    [b"", b"[]", b"null", b'{"choices": [3]}', b"data: [DONE]\n", b"data: {broken", b"\xff", b'{"error": "no"}',
+    [b"", b"[]", b"null", b'{"choices": [3]}', b"data: [DONE]\n", b"data: {broken", b"\xff",
      b'{"choices": [{"message": {"content": 3}}]}', b'{"choices": [{"message": "hello"}]}'],
 )  # fmt: skip
 def test_whatever_else_is_no_completion(answer):
     with pytest.raises(CompletionError, match="something else than a chat completion"):
         read_completion(answer)
+
+
+@pytest.mark.parametrize(
+    "answer", [b'{"error": "no"}', b'{"error": {"message": "overloaded"}}', b'{"detail": "Not Found"}']
+)
+def test_an_error_under_status_200_is_said_to_be_one(answer):
+    with pytest.raises(CompletionError, match="an error, under status 200, in place"):
+        read_completion(answer)
+
+
+def test_compressed_bytes_are_named():
+    with pytest.raises(CompletionError, match="compressed"):
+        read_completion(gzip.compress(b"{}"))
 
 
 def test_a_web_page_is_said_to_be_one():

@@ -178,6 +178,7 @@ def test_a_wait_can_be_interrupted():
         ("nan", 4.0),
         ("soon", 4.0),
         ("1e9", 4.0),
+        ("Fri, 31 Dec 99999999999 23:59:59 GMT", 4.0),
     ],
 )
 def test_how_long_a_server_wants_to_be_left_alone(said, seconds):

@@ -2,11 +2,14 @@
 
 import io
 import json
+import os
 import shutil
+import struct
 import sys
 
 import pytest
 import torch
+from safetensors import safe_open
 from tokenizers import Tokenizer, models, pre_tokenizers
 
 from grounding.benchmark import development_rows, score, templated_rows
@@ -257,3 +260,61 @@ def test_a_config_that_is_none_is_one_sentence(content, tmp_path):
     (folder / "config.json").write_text(content, errors="surrogateescape")
     with pytest.raises(LLMError, match="config.json"):
         load_model(folder)
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"num_hidden_layers": 10**6}, "num_hidden_layers in config.json is 1e\\+06; at most 1000 are made"),
+        ({"inner": {"num_experts": 1e300}}, "num_experts in config.json is 1e\\+300; at most 10000"),
+        ({"vocab_size": 10**8}, "asks for [0-9]{10} weights, and the files have only [0-9]{5,6} bytes"),
+        ({"hidden_size": 2**20}, "asks for [0-9]{9} weights"),
+        ({"note": "a" * 1_000_000}, "config.json cannot be read: it has more than 1000000 bytes"),
+    ],
+)
+def test_a_model_that_promises_more_than_it_holds_takes_no_memory(changes, why, tmp_path, monkeypatch):
+    from transformers import AutoModelForCausalLM
+
+    folder = with_config(make_model(tmp_path), **changes)
+    monkeypatch.setattr(AutoModelForCausalLM, "from_pretrained", lambda *_, **__: pytest.fail("it takes the memory"))
+    with pytest.raises(LLMError, match=f"cannot be loaded: .*{why}"):
+        load_model(folder)
+
+
+@pytest.mark.parametrize("name", ["tokenizer.json", "generation_config.json", "model.safetensors"])
+def test_files_of_a_model_that_are_too_large_or_no_files_are_named(name, tmp_path):
+    folder = make_model(tmp_path)
+    with (folder / name).open("wb") as file:
+        file.write(struct.pack("<Q", 2**29))  # the length of the header, where it is one of weights
+        file.truncate(2**30)
+    with pytest.raises(LLMError, match=f"{name} .*at most [0-9]+ are read"):
+        load_model(folder)
+    (folder / name).unlink()
+    os.mkfifo(folder / name)
+    with pytest.raises(LLMError, match=f"{name} .*is no file"):
+        load_model(folder)
+
+
+@pytest.mark.parametrize(
+    ("index", "why"),
+    [
+        ({"weight_map": {"a": "../model.safetensors"}}, "names a file outside its folder"),
+        ({"weight_map": ["a"]}, "is no list of files of weights"),
+        ({"weight_map": {"a": "gone.safetensors"}}, "gone.safetensors cannot be read"),
+    ],
+)
+def test_an_index_of_weights_names_files_of_its_folder(index, why, tmp_path):
+    folder = make_model(tmp_path)
+    (folder / "model.safetensors").rename(folder / "part.safetensors")
+    path = folder / "model.safetensors.index.json"
+    names = load_names(folder / "part.safetensors")
+    path.write_text(json.dumps({"metadata": {}, "weight_map": dict.fromkeys(names, "part.safetensors")}))
+    load_model(folder)
+    path.write_text(json.dumps({"metadata": {}} | index))
+    with pytest.raises(LLMError, match=why):
+        load_model(folder)
+
+
+def load_names(path):
+    with safe_open(path, "pt") as file:
+        return list(file.keys())
