@@ -25,7 +25,7 @@ from typing import Any
 
 from agent.batch.result_schema import REPORT, ROWS, result_error
 from agent.errors import BadInput
-from agent.runtime.atomic_files import OpenFolder, opened
+from grounding.atomic_files import OpenFolder, opened
 from agent.runtime.jsonl_journal import Journal, entry_of, locked_folder
 from agent.runtime.output_ownership import (
     MARKER,

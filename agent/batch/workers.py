@@ -15,7 +15,7 @@ from typing import Any
 from agent.batch.row_task import carry_out, lost_result
 from agent.batch.rows import Row
 from agent.pipeline.resources import ResourceCache
-from agent.runtime.atomic_files import write_whole
+from grounding.atomic_files import write_whole
 from agent.runtime.ray_cluster import ray_cluster
 from structdiffusion.parallel import Lost, in_parallel
 

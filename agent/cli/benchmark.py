@@ -107,7 +107,7 @@ def _sweep(
     model: str, runs: int, largest: int | None, weights: Path | None, ray: str | None, folder: Path
 ) -> list[dict[str, Any]]:
     """Measure all growths, write them and their plot to a folder, and return them."""
-    from agent.runtime.atomic_files import write_whole
+    from grounding.atomic_files import write_whole
     from agent.runtime.ray_cluster import ray_cluster
     from structdiffusion.benchmark import growth
 

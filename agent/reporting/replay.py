@@ -11,7 +11,7 @@ from agent.event_base import Listener, RecordedEvent
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_reader import Session, read_session
-from agent.runtime.atomic_files import write_whole
+from grounding.atomic_files import write_whole
 
 
 def records_of(session: Session) -> list[RunRecord]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
-from agent.runtime.atomic_files import OpenFolder, opened
+from grounding.atomic_files import OpenFolder, opened
 from agent.runtime.output_paths import check_folder
 
 Entry = dict[str, Any]

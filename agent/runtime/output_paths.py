@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
-from agent.runtime.atomic_files import write_whole
+from grounding.atomic_files import write_whole
 
 
 def check_folder(folder: Path | None) -> None:

@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput
-from agent.runtime.atomic_files import write_whole
+from grounding.atomic_files import write_whole
 from structdiffusion.limits import SCENE_BYTES
 
 VERSION = 1

@@ -20,7 +20,7 @@ from agent.evaluation.success.results_folder import EvaluationFolder
 from agent.event_base import json_value
 from agent.pipeline.candidates import checked_planner
 from agent.pipeline.resources import ResourceCache
-from agent.runtime.atomic_files import write_whole
+from grounding.atomic_files import write_whole
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import Workforce, workforce
 from grounding.spec import FIRST_SHAPES, SHAPES

@@ -12,7 +12,7 @@ from agent.evaluation.success.plots import draw_failures, draw_success_at_k
 from agent.evaluation.success.results_folder import RESULTS
 from agent.evaluation.success.tables import markdown_of
 from agent.rendering.text import number
-from agent.runtime.atomic_files import write_all_whole
+from grounding.atomic_files import write_all_whole
 from structdiffusion.worker_process import WORKER_DIED
 
 

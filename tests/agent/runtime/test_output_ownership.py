@@ -13,7 +13,7 @@ from agent.rendering.image_files import Picture
 from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter, run_session
-from agent.runtime.atomic_files import opened
+from grounding.atomic_files import opened
 from agent.runtime.output_ownership import (
     MARKER,
     check_own_folder,
