@@ -19,8 +19,8 @@ from grounding.goal_network.second_reader import SecondReader
 from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.interpretation import Interpretation
 from grounding.instruction_files import looks_like_json
+from grounding.interpretation import Interpretation
 from grounding.parse_result import Parse, Parser, shortened, unreadable
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.parsers.spelling import mend

@@ -169,7 +169,7 @@ class Worker:
 
 
 def serve_parent(folder: str) -> None:
-    """Let this process ignore Ctrl-C and a closed terminal, but not SIGTERM, and end when the process that started it has ended, however that came.
+    """Let this process ignore Ctrl-C and a closed terminal, but not SIGTERM, and end with the process that started it.
 
     Args:
         folder: the temporary folder of that process (`get_temp_dir`), which is removed then.

@@ -25,7 +25,6 @@ from typing import Any
 
 from agent.batch.result_schema import REPORT, ROWS, result_error
 from agent.errors import BadInput
-from grounding.atomic_files import OpenFolder, opened
 from agent.runtime.jsonl_journal import Journal, entry_of, locked_folder
 from agent.runtime.output_ownership import (
     MARKER,
@@ -36,6 +35,7 @@ from agent.runtime.output_ownership import (
     mark,
     remove_written,
 )
+from grounding.atomic_files import OpenFolder, opened
 
 RESULTS = "results.jsonl"
 PAGE = "index.html"

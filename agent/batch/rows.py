@@ -5,9 +5,9 @@ array, or a table whose first line names the columns. A name that ends in .jsonl
 .csv or .tsv a table. Blank lines and lines that begin with "#" are left out.
 
 A JSON row is a string, the instruction, or an object with these keys, which are the columns of a table, too; only
-`text` is required, and `null` or an empty cell counts as missing. An id names a folder on any disk: upper and lower case
-count as the same, and names of devices such as "con" are refused. A row without an id has that of its line, such as
-"line-007", or in an array of its place, such as "row-007":
+`text` is required, and `null` or an empty cell counts as missing. An id names a folder on any disk: upper and lower
+case count as the same, and names of devices such as "con" are refused. A row without an id has that of its line, such
+as "line-007", or in an array of its place, such as "row-007":
 
 | key | value |
 |---|---|

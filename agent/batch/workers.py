@@ -15,8 +15,8 @@ from typing import Any
 from agent.batch.row_task import carry_out, lost_result
 from agent.batch.rows import Row
 from agent.pipeline.resources import ResourceCache
-from grounding.atomic_files import write_whole
 from agent.runtime.ray_cluster import ray_cluster
+from grounding.atomic_files import write_whole
 from structdiffusion.parallel import Lost, in_parallel
 
 

@@ -119,7 +119,9 @@ class CommandRunner:
             case "/report":
                 from agent.reporting.replay import write_page  # the pages' modules are many, and few chats want one
 
-                page = self._file(name, self._access.path(name, rest), (".html",)) if rest else self._session.with_name("report.html")
+                page = self._session.with_name("report.html")
+                if rest:
+                    page = self._file(name, self._access.path(name, rest), (".html",))
                 screen.busy("writing the page")
                 screen.note(f"report: {write_page(self._session, page)}")
             case "/help":

@@ -28,7 +28,6 @@ from grounding.parse_result import OBJECT, REFUSALS, Question
 from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import StructureSpec
 
-
 # What holds names of objects.
 _WITH_NAMES = (
     "situation", "question", "_history", "_start", "_shown", "_asked", "_asked_parts", "_unclear", "_resolved",

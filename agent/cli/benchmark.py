@@ -107,8 +107,8 @@ def _sweep(
     model: str, runs: int, largest: int | None, weights: Path | None, ray: str | None, folder: Path
 ) -> list[dict[str, Any]]:
     """Measure all growths, write them and their plot to a folder, and return them."""
-    from grounding.atomic_files import write_whole
     from agent.runtime.ray_cluster import ray_cluster
+    from grounding.atomic_files import write_whole
     from structdiffusion.benchmark import growth
 
     processes = max(2, os.cpu_count() or 2)

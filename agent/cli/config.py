@@ -134,7 +134,11 @@ def _show(ctx: typer.Context, configuration: Configuration, json_output: bool) -
             print(json.dumps(told, indent=1, ensure_ascii=False), file=results)
             return
         table = [
-            (row["name"], _value_text(row["value"]), DEFAULT if row["layer"] == DEFAULT else f"{row['layer']}: {row['place']}")
+            (
+                row["name"],
+                _value_text(row["value"]),
+                DEFAULT if row["layer"] == DEFAULT else f"{row['layer']}: {row['place']}",
+            )
             for row in rows
         ]
         print(aligned(table, width=columns_of(results)), file=results)

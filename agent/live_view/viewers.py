@@ -29,7 +29,7 @@ class Viewer:
         self._some = asyncio.Event()
 
     def put(self, kind: str, message: str) -> None:
-        """Add a message; an earlier one of the same kind that still waits is replaced, entries of the conversation excepted."""
+        """Add a message; one of the same kind that still waits is replaced, except for entries of the conversation."""
         key: str | int = next(self._lines) if kind == "entry" else kind
         self._waiting.pop(key, None)
         self._waiting[key] = message

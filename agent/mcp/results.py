@@ -68,7 +68,7 @@ class Move(Result):
     name: str
     position: Position = Field(description=_POSITION)
     turn_deg: float = Field(
-        description="how far it is turned about z from how it stands now, in degrees; positive is counter-clockwise from above"
+        description="how far it is turned about z from how it stands now, in degrees, counter-clockwise from above"
     )
     orientation: tuple[float, float, float, float] = Field(
         description="the whole rotation from how it stands now, as a unit quaternion x, y, z, w"

@@ -95,7 +95,8 @@ class TableServer(MCPServer):
             if cause is None or exit_code_of(cause) is None:
                 cause = error if cause is None else cause
                 _LOG.error("a defect in the tool %s", name, exc_info=cause)
-                return f"defect: {type(cause).__name__}: {cause}", ToolError(quote_names(defect_sentence(cause), self._names()))
+                sentence = quote_names(defect_sentence(cause), self._names())
+                return f"defect: {type(cause).__name__}: {cause}", ToolError(sentence)
             sentence = quote_names(one_sentence(cause), self._names())
             return f"refused: {sentence}", ToolError(sentence)
         except ToolError as error:

@@ -24,9 +24,9 @@ from agent.errors import NotWritten, UsageError
 from agent.event_base import Event, json_value
 from agent.rendering.image_files import FORMAT, Picture
 from agent.reporting.session_format import SCHEMA_VERSION, decode_line, encode_line, is_start
-from grounding.atomic_files import OpenFolder, opened
 from agent.runtime.output_ownership import files_written, mark, own_folder
 from agent.runtime.redaction import without_credentials
+from grounding.atomic_files import OpenFolder, opened
 from structdiffusion.limits import SESSION_START_BYTES
 
 RUN_SESSION = "session.jsonl"

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
-from grounding.atomic_files import OpenFolder, opened
 from agent.runtime.output_paths import check_folder
+from grounding.atomic_files import OpenFolder, opened
 
 Entry = dict[str, Any]
 _LOCK = ".lock"

@@ -25,8 +25,8 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import BadInput, UsageError
-from grounding.atomic_files import OpenFolder, opened
 from agent.runtime.output_paths import check_folder
+from grounding.atomic_files import OpenFolder, opened
 
 MARKER = ".structagent.json"
 _LOCK = ".lock"  # may stay behind in a folder in which nothing else was written

@@ -16,7 +16,7 @@ from structdiffusion.data.scene_sampling import DrawnScene, draw_scene, eligible
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 
-# What the first sentences of the documents ask for, and where: the cups in a small circle on the left, the cans in a tower.
+# What the first sentences of the documents ask for, and where: cups in a small circle on the left, cans in a tower.
 _SPOKEN_OF = {"cup": 4, "can": 3}
 _ROOM_FOR = StructureSpec("circle", "small", "left")
 _WIDEST = 0.08  # m, radius of what stands there: so many objects have to leave room for a structure

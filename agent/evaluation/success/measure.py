@@ -20,9 +20,9 @@ from agent.evaluation.success.results_folder import EvaluationFolder
 from agent.event_base import json_value
 from agent.pipeline.candidates import checked_planner
 from agent.pipeline.resources import ResourceCache
-from grounding.atomic_files import write_whole
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import Workforce, workforce
+from grounding.atomic_files import write_whole
 from grounding.spec import FIRST_SHAPES, SHAPES
 from structdiffusion.benchmark.scenes import Conditions, EvaluationScene, draw_evaluation_scene
 from structdiffusion.benchmark.success import Evaluation, Row, lost_row, solve

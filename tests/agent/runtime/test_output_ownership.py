@@ -13,7 +13,6 @@ from agent.rendering.image_files import Picture
 from agent.reporting.replay import write_page
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter, run_session
-from grounding.atomic_files import opened
 from agent.runtime.output_ownership import (
     MARKER,
     check_own_folder,
@@ -23,6 +22,7 @@ from agent.runtime.output_ownership import (
     own_folder,
     remove_written,
 )
+from grounding.atomic_files import opened
 
 REPORT = {
     "schema_version": 2, "version": "0.1.0", "instruction": "", "options": {}, "outcome": {}, "scene": None,

@@ -1,7 +1,6 @@
 """The table that a conversation works on: what is remembered of a look, who takes part, and how it is put back."""
 
 import math
-from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np

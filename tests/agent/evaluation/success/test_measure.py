@@ -19,8 +19,8 @@ from agent.evaluation.success.config import SuccessConfig
 from agent.evaluation.success.measure import measure_success
 from agent.evaluation.success.report import print_success, write_success
 from agent.pipeline.resources import ResourceCache
-from grounding.atomic_files import opened
 from agent.runtime.output_ownership import mark
+from grounding.atomic_files import opened
 from grounding.spec import SHAPES
 from structdiffusion.observation import Arrangement
 from structdiffusion.simulation.world import TabletopWorld
