@@ -20,6 +20,32 @@ TENSORS = 10_000
 WEIGHTS_BYTES = 200_000_000
 
 
+class GivenTwiceError(ValueError):
+    """A JSON object that contains a key twice: readers differ in which of the two values counts.
+
+    Attributes:
+        key: that key.
+    """
+
+    def __init__(self, key: str) -> None:
+        super().__init__("it gives a key twice in one JSON object")
+        self.key = key
+
+
+def each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Make a JSON object, for `object_pairs_hook`.
+
+    Raises:
+        GivenTwiceError: for a key that is given twice.
+    """
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise GivenTwiceError(key)
+        found[key] = value
+    return found
+
+
 def read_regular(path: Path, most: int) -> bytes:
     """Read a regular file of at most `most` bytes; a pipe, which may never end or begin, is not opened.
 
@@ -76,7 +102,9 @@ def check_weights(path: Path, most: int = WEIGHTS_BYTES) -> None:
             raise ValueError(f"its header has {length} bytes; at most {HEADER_BYTES} are read")
         header = file.read(length)
     try:
-        tensors = json.loads(header.decode(), object_pairs_hook=_once)
+        tensors = json.loads(header.decode(), object_pairs_hook=each_key_once)
+    except GivenTwiceError as error:
+        raise ValueError(f"its header has {error.key[:60]!r} twice") from error
     except RecursionError as error:
         raise ValueError("its header is too deep") from error
     except UnicodeDecodeError as error:
@@ -84,12 +112,3 @@ def check_weights(path: Path, most: int = WEIGHTS_BYTES) -> None:
     if not isinstance(tensors, dict) or len(tensors) > TENSORS:
         what = f"lists {len(tensors)} tensors; at most {TENSORS} are read" if isinstance(tensors, dict) else "is no object"
         raise ValueError(f"its header {what}")
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for name, value in pairs:
-        if name in found:
-            raise ValueError(f"its header has {name[:60]!r} twice")
-        found[name] = value
-    return found

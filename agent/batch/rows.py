@@ -35,6 +35,7 @@ from agent.event_base import json_value
 from agent.pipeline.run import RunOptions
 from agent.runtime.settings import SETTINGS
 from grounding.instruction_files import JSON, TABLE, TEXT, InstructionFileError, looks_like_json, read_entries
+from grounding.untrusted_files import GivenTwiceError, each_key_once
 from structdiffusion.limits import BATCH_BYTES, ROW_BYTES
 
 STANDARD_INPUT = "-"
@@ -233,22 +234,15 @@ def _object(line: str) -> dict[str, Any]:
     Raises:
         BadInput: if the row is neither.
     """
-
-    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        found: dict[str, Any] = {}
-        for key, value in pairs:
-            if key in found:
-                raise BadInput(f"the key {_json_excerpt(key)} is given twice")
-            found[key] = value
-        return found
-
     try:
-        value = json.loads(line, object_pairs_hook=once)
+        value = json.loads(line, object_pairs_hook=each_key_once)
         json.dumps(value, ensure_ascii=False).encode()
     except json.JSONDecodeError as error:
         raise BadInput(f"this is not JSON: {error.msg} at place {error.colno}") from None
     except UnicodeEncodeError:
         raise BadInput("this is not text: it has one half of a surrogate pair without the other") from None
+    except GivenTwiceError as error:
+        raise BadInput(f"the key {_json_excerpt(error.key)} is given twice") from None
     except (ValueError, RecursionError) as error:  # a number of thousands of digits; brackets in thousands of brackets
         raise BadInput(f"this is not JSON that can be read: {error}") from None
     if isinstance(value, str):

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from grounding.parsers.llm_json import GivenTwiceError, each_key_once
+from grounding.untrusted_files import GivenTwiceError, each_key_once
 
 # A tag of one word that is about thinking, in any of the brackets that models use: <think>, </thinking>, [/THINK],
 # <|END_THINKING|>, <seed:think>. A channel is a tag, too, also where its marks were taken for control characters and

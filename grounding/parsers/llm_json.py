@@ -8,20 +8,9 @@ from collections.abc import Collection
 from typing import Any
 
 from grounding.parsers.llm_reply import ANSWERS, NONE
+from grounding.untrusted_files import GivenTwiceError, each_key_once
 
 MAX_CONTENT = 12_000  # characters of what the model says
-
-
-class GivenTwiceError(ValueError):
-    """A JSON object that contains a key twice: readers differ in which of the two values counts."""
-
-
-def each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Make a JSON object, for `object_pairs_hook`; raise a `GivenTwiceError` for a key that is given twice."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise GivenTwiceError("it gives a key twice in one JSON object")
-    return found
 
 
 def json_object(content: str) -> dict[str, Any]:
