@@ -67,6 +67,12 @@ def check_fields(fields: Sequence[Field], needed: Sequence[str]) -> None:
     """
     usable = {field.name: field for _, field in chosen(fields, needed)}
     listed = f"field {needed[0]!r}" if len(needed) == 1 else f"{', '.join(needed[:-1])} and {needed[-1]}"
+    for field in fields:
+        if field.kind is None and field.name in needed and field.name not in usable:
+            raise BadInput(
+                f"its field {field.name!r} has values of {field.size} bytes of a type that is not read; legal: whole "
+                "numbers of 1, 2, 4 or 8 bytes, floating-point numbers of 4 or 8"
+            )
     if set(usable) != set(needed):
         names = ", ".join(field.name for field in fields[:20]) + (", ..." if len(fields) > 20 else "")
         raise BadInput(f"it has no {listed}; its fields are: {names[:300] or 'none'}")

@@ -9,7 +9,7 @@ without regard to the scale, and each unit is rated by how far away and how larg
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +94,7 @@ def fitting_unit(
     Args:
         points: (..., 3) in stored units, the camera at the origin; NaN or 0 where nothing was measured.
         declared: metres per stored unit by the format, or as a file says.
-        candidates: others that come into question.
+        candidates: others that come into question by the looks of the scene alone; where tf settles it, any of `UNITS`.
         what: a subject for the note.
         base_from_camera: returns that pose (4, 4) by tf, metres, or `None`; a table as high as the arm's base settles a
             doubt.
@@ -106,17 +106,18 @@ def fitting_unit(
     if not len(flat):
         return declared, ""
     carriers, middle = carrying_planes(flat), float(np.median(np.linalg.norm(flat, axis=1)))
-    units = [declared, *(unit for unit in candidates if not math.isclose(unit, declared, rel_tol=1e-3))]
-    cost = {unit: _cost_of(carriers, middle, unit) for unit in units}
+    units = _with(declared, candidates)
+    cost = {unit: _cost_of(carriers, middle, unit) for unit in _with(declared, UNITS.values())}
     usual = _ANYWHERE[0] <= middle * declared <= _ANYWHERE[1]
     said = f"in {named(declared)}, {_seen(carriers, declared, middle)}"
     if base_from_camera is not None and cost[declared] > _DOUBTFUL and (base := base_from_camera()) is not None:
-        level = [unit for unit in units if cost[unit] < _PLAUSIBLE and _at_base(carriers, unit, base)]
-        if len(level) == 1 and level[0] != declared:
-            how = f"so the table is as high as the arm's base by tf; {said}"
-            return level[0], f"{what} were taken to be in {named(level[0])} ({level[0]:g} m a unit): {how}"
+        off = {unit: _off_base(carriers, unit, base) for unit in cost if cost[unit] < _PLAUSIBLE}
+        level = sorted((unit for unit in off if off[unit] < _BASE), key=off.__getitem__)
         if declared in level:
             return declared, ""
+        if level and off[level[0]] < 0.5 * min((off[unit] for unit in level[1:]), default=math.inf):
+            how = f"so the table is as high as the arm's base by tf; {said}"
+            return level[0], f"{what} were taken to be in {named(level[0])} ({level[0]:g} m a unit): {how}"
     if cost[declared] <= (_PLAUSIBLE if carriers or not usual else math.inf):
         return declared, ""
     best = min(units, key=cost.__getitem__)
@@ -130,17 +131,26 @@ def fitting_unit(
     raise BadInput(sentence)
 
 
+def _with(declared: float, others: Iterable[float]) -> list[float]:
+    """Return the declared unit, then the others that differ from it."""
+    return [declared, *(unit for unit in others if not math.isclose(unit, declared, rel_tol=1e-3))]
+
+
 def _cost_of(carriers: Sequence[Carrier], middle: float, unit: float) -> float:
     """Rate how unusual a unit would make what is seen; 0 is the most usual."""
     return min((_cost(each, unit) for each in carriers), default=_deviation(middle * unit, *_DISTANCE) ** 2)
 
 
-def _at_base(carriers: Sequence[Carrier], unit: float, base_from_camera: np.ndarray) -> bool:
-    """Return whether a plane lies as high as the arm's base, and level."""
+def _off_base(carriers: Sequence[Carrier], unit: float, base_from_camera: np.ndarray) -> float:
+    """Return by how much, metres, the level plane that is nearest to the height of the arm's base misses it."""
     up, height = base_from_camera[2, :3], base_from_camera[2, 3]
-    return any(
-        abs(float(up @ each.foot) * unit + height) < _BASE and -(up @ each.foot) > 0.95 * np.linalg.norm(each.foot)
-        for each in carriers
+    return min(
+        (
+            abs(float(up @ each.foot) * unit + height)
+            for each in carriers
+            if -(up @ each.foot) > 0.95 * np.linalg.norm(each.foot)
+        ),
+        default=math.inf,
     )
 
 

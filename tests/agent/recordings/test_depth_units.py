@@ -171,7 +171,7 @@ def test_tf_settles_between_units(tmp_path, scenes):
 
 
 @pytest.mark.parametrize("distance", [0.4, 0.6, 1.1, 2.5])
-@pytest.mark.parametrize("true", [0.001, 0.00025, 0.0001])
+@pytest.mark.parametrize("true", [0.001, 0.00025, 0.0001, 0.0002, 0.01])  # the last two: what no driver should write
 def test_with_tf_near_and_far_tables_are_told_apart(scenes, distance, true):
     tilt = np.radians(55.0)
     base_from_camera = np.eye(4)
