@@ -15,26 +15,26 @@ from agent.errors import UsageError
 @pytest.fixture
 def folders(tmp_path, monkeypatch):
     """A session's folder, a working folder, a home, and a folder that none of these is."""
-    for name in ("out", "work", "home", "elsewhere"):
+    for name in ("out", "desk", "home", "elsewhere"):
         (tmp_path / name).mkdir()
-    monkeypatch.chdir(tmp_path / "work")
+    monkeypatch.chdir(tmp_path / "desk")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     return tmp_path
 
 
 @pytest.fixture
 def access(folders):
-    return FileAccess((folders / "out", folders / "work"))
+    return FileAccess((folders / "out", folders / "desk"))
 
 
 def test_files_inside_are_taken(folders, access):
-    (folders / "work" / "deep").mkdir()
-    (folders / "out" / "link.yaml").symlink_to(folders / "work" / "real.yaml")
-    for text in ("new.yaml", "deep/../new.yaml", "./new.yaml", str(folders / "work" / "new.yaml"), "../work/new.yaml"):
-        assert access.path("/save", text) == folders / "work" / "new.yaml"
+    (folders / "desk" / "deep").mkdir()
+    (folders / "out" / "link.yaml").symlink_to(folders / "desk" / "real.yaml")
+    for text in ("new.yaml", "deep/../new.yaml", "./new.yaml", str(folders / "desk" / "new.yaml"), "../desk/new.yaml"):
+        assert access.path("/save", text) == folders / "desk" / "new.yaml"
     assert access.path("/save", "../out/a b.yaml") == folders / "out" / "a b.yaml"
-    assert access.path("/save", "../out/link.yaml") == folders / "work" / "real.yaml"
-    assert access.path("/load", "~/x.yaml".replace("~", "~x")) == folders / "work" / "~x" / "x.yaml"
+    assert access.path("/save", "../out/link.yaml") == folders / "desk" / "real.yaml"
+    assert access.path("/load", "~/x.yaml".replace("~", "~x")) == folders / "desk" / "~x" / "x.yaml"
 
 
 @pytest.mark.parametrize(
@@ -42,16 +42,16 @@ def test_files_inside_are_taken(folders, access):
     [
         "/etc/passwd", "/etc/x.yaml", "..", "../x.yaml", "../elsewhere/x.yaml", "~/x.yaml", "~/../elsewhere/x.yaml",
         "deep/../../elsewhere/x.yaml", "link/x.yaml", "dangling.yaml", "file.yaml", "../out/../elsewhere/x.yaml",
-        "../work-2/x.yaml", "../out2.yaml", "circle/x.yaml", "nul\x00.yaml", "/proc/self/cwd/../elsewhere/x.yaml", "//etc/x",
+        "../desk-2/x.yaml", "../out2.yaml", "circle/x.yaml", "nul\x00.yaml", "/proc/self/cwd/../elsewhere/x.yaml", "//etc/x",
     ],
 )  # fmt: skip
 def test_files_outside_are_refused(folders, access, text):
-    work, elsewhere = folders / "work", folders / "elsewhere"
+    desk, elsewhere = folders / "desk", folders / "elsewhere"
     (elsewhere / "x.yaml").write_text("version: 1")
-    (work / "link").symlink_to(elsewhere)
-    (work / "dangling.yaml").symlink_to(elsewhere / "none.yaml")
-    (work / "file.yaml").symlink_to(elsewhere / "x.yaml")
-    (work / "circle").symlink_to(work / "circle")
+    (desk / "link").symlink_to(elsewhere)
+    (desk / "dangling.yaml").symlink_to(elsewhere / "none.yaml")
+    (desk / "file.yaml").symlink_to(elsewhere / "x.yaml")
+    (desk / "circle").symlink_to(desk / "circle")
     with pytest.raises(UsageError, match="^/save (from a page takes files in|cannot take)") as refused:
         access.path("/save", text)
     assert "\n" not in str(refused.value)
@@ -77,6 +77,6 @@ def test_every_command_with_a_file_stays_inside(conversation, folders, access):
         f"/load {folders}/elsewhere/a.yaml", "/save ../out/a.yaml", "/load ../out/a.yaml", "/save b.yaml",
     )  # fmt: skip
     assert shown.count("`structagent serve --any-file` takes any") == 4
-    assert shown.count("saved ") == 2 and (folders / "out" / "a.yaml").exists() and (folders / "work" / "b.yaml").exists()
+    assert shown.count("saved ") == 2 and (folders / "out" / "a.yaml").exists() and (folders / "desk" / "b.yaml").exists()
     assert not list((folders / "elsewhere").iterdir()) and not list((folders / "home").iterdir())
     assert "saved ../elsewhere/a.yaml" in talked(conversation, folders, FileAccess(), "/save ../elsewhere/a.yaml")
