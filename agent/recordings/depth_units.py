@@ -154,9 +154,7 @@ def _off_base(carriers: Sequence[Carrier], unit: float, base_from_camera: np.nda
     )
 
 
-def in_metres(
-    points: np.ndarray, given: float | None, what: str
-) -> tuple[np.ndarray, tuple[str, ...]]:
+def in_metres(points: np.ndarray, given: float | None, what: str) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return points (P, 3) of a cloud in metres, and notes.
 
     Args:
