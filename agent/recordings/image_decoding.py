@@ -82,15 +82,6 @@ def stored_depths(message: Any) -> StoredDepths:
     return StoredDepths(in_right_order(pixels).astype(np.float32), unit, note)
 
 
-def depth_picture(message: Any) -> np.ndarray:
-    """Return the depths (H, W) float32 of a raw Image, metres; NaN where nothing was measured.
-
-    Raises:
-        BadInput: as `stored_depths`.
-    """
-    return stored_depths(message).metres()
-
-
 def color_picture(message: Any) -> np.ndarray:
     """Return the colours (H, W, 3) uint8 RGB of a raw Image.
 
@@ -127,15 +118,6 @@ def compressed_color(message: Any) -> np.ndarray:
         return pixels_of(open_picture(message.data.tobytes(), _COMPRESSED), "RGB")
     except BadInput as error:
         raise BadInput(f"a compressed picture cannot be read: {error}") from error
-
-
-def compressed_depth(message: Any) -> np.ndarray:
-    """Return the depths (H, W) float32 of a CompressedImage, metres; NaN where nothing was measured.
-
-    Raises:
-        BadInput: as `stored_compressed_depths`.
-    """
-    return stored_compressed_depths(message).metres()
 
 
 def stored_compressed_depths(message: Any) -> StoredDepths:

@@ -42,21 +42,6 @@ def stamp(header: Any, recorded: int) -> int:
     return stamped if abs(stamped - recorded) < _CLOCKS_APART else recorded
 
 
-def cloud_points(message: Any, unit: float = 1.0) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return points and colours of a PointCloud2: (H, W, 3) float32, metres, with NaN where there is none, and uint8
-    RGB or `None`.
-
-    Args:
-        message: the cloud.
-        unit: metres per unit of its coordinates.
-
-    Raises:
-        BadInput: as `stored_cloud`.
-    """
-    points, colors, _ = stored_cloud(message)
-    return without_nothing(points if unit == 1.0 else points * np.float32(unit)), colors
-
-
 def stored_cloud(message: Any) -> tuple[np.ndarray, np.ndarray | None, str]:
     """Return points (H, W, 3) float32 of a PointCloud2 in its own unit, colours (H, W, 3) uint8 or `None`, and what was
     corrected, or "".

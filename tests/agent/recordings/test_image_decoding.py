@@ -12,9 +12,9 @@ from agent.errors import BadInput
 from agent.recordings.image_decoding import (
     color_picture,
     compressed_color,
-    compressed_depth,
     compressed_size,
-    depth_picture,
+    stored_compressed_depths,
+    stored_depths,
 )
 from tests.agent.recordings.bag_making import HEIGHT, WIDTH, colors, depths, quantised_header
 
@@ -43,7 +43,7 @@ def test_depths_are_metres_with_nan_for_nothing(encoding, unit, big_endian, pad)
     depth = depths() * unit
     depth[3, 4] = 0
     message = raw(depth.astype("f4" if unit == 1 else "u2"), encoding, big_endian, pad)
-    read = depth_picture(message)
+    read = stored_depths(message).metres()
     assert read.dtype == np.float32 and np.isnan(read[3, 4])
     expected = depths()
     expected[3, 4] = np.nan
@@ -53,7 +53,7 @@ def test_depths_are_metres_with_nan_for_nothing(encoding, unit, big_endian, pad)
 def test_a_float_depth_that_is_infinite_or_negative_is_nothing():
     depth = depths().astype("f4")
     depth[0, :3] = np.inf, -1, np.nan
-    assert np.isnan(depth_picture(raw(depth, "32FC1"))[0, :4]).tolist() == [True, True, True, False]
+    assert np.isnan(stored_depths(raw(depth, "32FC1")).metres()[0, :4]).tolist() == [True, True, True, False]
 
 
 @pytest.mark.parametrize(
@@ -94,9 +94,9 @@ def test_compressed_colours_are_those_of_the_picture():
 def test_compressed_depths_with_and_without_the_header_are_the_same():
     millimetres = np.rint(depths() * 1000).astype(np.uint16)
     millimetres[1, 1] = 0
-    plain = compressed_depth(compressed(millimetres, "PNG", "16UC1; png compressed"))
+    plain = stored_compressed_depths(compressed(millimetres, "PNG", "16UC1; png compressed")).metres()
     headed = compressed(millimetres, "PNG", "16UC1; compressedDepth", quantised_header())
-    np.testing.assert_array_equal(compressed_depth(headed), plain)
+    np.testing.assert_array_equal(stored_compressed_depths(headed).metres(), plain)
     assert np.isnan(plain[1, 1]) and np.nanmax(np.abs(plain - depths())) < 1e-6
     assert compressed_size(headed) == (WIDTH, HEIGHT)
 
@@ -106,21 +106,21 @@ def test_quantised_float_depths_are_undone():
     b = 1.0 - a / 10.0
     inverse = np.rint(a / depths() + b).astype(np.uint16)
     inverse[2, 2] = 0
-    read = compressed_depth(compressed(inverse, "PNG", "32FC1; compressedDepth png", quantised_header(a, b)))
+    read = stored_compressed_depths(compressed(inverse, "PNG", "32FC1; compressedDepth png", quantised_header(a, b))).metres()
     assert np.isnan(read[2, 2]) and np.nanmax(np.abs(read - depths())) < 1e-3
 
 
 @pytest.mark.parametrize(
     ("read", "message", "said"),
     [
-        (depth_picture, raw(colors(), "rgb8"), "'rgb8' holds no depths; legal: 16UC1, mono16, 32FC1"),
+        (stored_depths, raw(colors(), "rgb8"), "'rgb8' holds no depths; legal: 16UC1, mono16, 32FC1"),
         (color_picture, raw(colors()[..., 0], "bayer_xyzw8"), "'bayer_xyzw8' cannot be used for colour"),
         (color_picture, raw(colors()[..., 0], "rgb8"), "needs"),
         (color_picture, raw(colors()[:, :39, :2], "yuv422"), "come in pairs"),
         (compressed_color, SimpleNamespace(format="jpeg", data=np.arange(99, dtype=np.uint8)), "neither JPEG nor PNG"),
-        (compressed_depth, compressed(colors(), "PNG", "16UC1; compressedDepth"), "legal: 16 bits of grey"),
-        (compressed_depth, SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)), "claims 0 x 0 pixels"),
-        (compressed_depth, SimpleNamespace(format="", data=np.zeros(0, np.uint8)), "neither a PNG nor RVL"),
+        (stored_compressed_depths, compressed(colors(), "PNG", "16UC1; compressedDepth"), "legal: 16 bits of grey"),
+        (stored_compressed_depths, SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)), "claims 0 x 0 pixels"),
+        (stored_compressed_depths, SimpleNamespace(format="", data=np.zeros(0, np.uint8)), "neither a PNG nor RVL"),
     ],
 )
 def test_what_is_no_such_picture_is_refused(read, message, said):
@@ -135,7 +135,7 @@ def test_a_picture_that_contradicts_itself_is_refused(fields):
     message = raw(depths().astype("f4"), "32FC1")
     vars(message).update(fields)
     with pytest.raises(BadInput, match="needs|has none"):
-        depth_picture(message)
+        stored_depths(message).metres()
 
 
 def test_a_cut_or_boastful_compressed_picture_is_refused():
@@ -147,7 +147,7 @@ def test_a_cut_or_boastful_compressed_picture_is_refused():
     for side in (10_000, 13_000, 100_000, 2_000_000_000):  # Pillow itself refuses the last two, and warns at the second
         boast[16:24] = np.frombuffer(side.to_bytes(4, "big") * 2, np.uint8)  # width and height in the header
         boast[29:33] = np.frombuffer(zlib.crc32(boast[12:29].tobytes()).to_bytes(4, "big"), np.uint8)
-        for read in (compressed_color, compressed_depth, compressed_size):
+        for read in (compressed_color, stored_compressed_depths, compressed_size):
             with pytest.raises(BadInput, match=f"claims {side} x {side} pixels"):
                 read(SimpleNamespace(format="", data=boast))
 

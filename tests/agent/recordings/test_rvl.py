@@ -8,7 +8,7 @@ import pytest
 
 from agent.errors import BadInput
 from agent.recordings import rvl
-from agent.recordings.image_decoding import compressed_depth, compressed_size
+from agent.recordings.image_decoding import compressed_size, stored_compressed_depths
 from agent.recordings.load import read_recording
 from agent.recordings.rvl import unpack_rvl
 from tests.agent.recordings.bag_making import DEPTH, HEIGHT, WIDTH, depths, quantised_header, write_bag
@@ -70,7 +70,7 @@ def test_depths_are_metres_with_nan_for_nothing():
     message = message_of(values)
     expected = values.astype(np.float32) * np.float32(0.001)
     expected[3, 4] = np.nan
-    np.testing.assert_array_equal(compressed_depth(message), expected)
+    np.testing.assert_array_equal(stored_compressed_depths(message).metres(), expected)
     assert compressed_size(message) == (WIDTH, HEIGHT)
 
 
@@ -79,7 +79,7 @@ def test_quantised_float_depths_are_undone():
     b = 1.0 - a / 10.0
     values = np.rint(a / depths() + b).astype(np.uint16)
     message = message_of(values, "32FC1; compressedDepth rvl", quantised_header(a, b))
-    assert np.abs(compressed_depth(message) - depths()).max() < 1e-3
+    assert np.abs(stored_compressed_depths(message).metres() - depths()).max() < 1e-3
 
 
 @pytest.mark.parametrize("kept", [12, 19, 20, 30, 200])
@@ -87,7 +87,7 @@ def test_a_cut_picture_is_refused(kept):
     message = message_of(np.rint(depths() * 1000).astype(np.uint16))
     message.data = message.data[:kept]
     with pytest.raises(BadInput, match="RVL picture"):
-        compressed_depth(message)
+        stored_compressed_depths(message).metres()
 
 
 def test_random_bytes_are_refused_or_fit_the_claimed_size():
@@ -103,7 +103,7 @@ def test_random_bytes_are_refused_or_fit_the_claimed_size():
 def test_a_picture_that_claims_more_than_any_camera_has_is_refused():
     data = bytes(12) + struct.pack("<II", 100_000, 100_000) + bytes(100)
     with pytest.raises(BadInput, match="claims 100000 x 100000 pixels"):
-        compressed_depth(SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.frombuffer(data, np.uint8)))
+        stored_compressed_depths(SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.frombuffer(data, np.uint8))).metres()
 
 
 def test_a_bag_of_them_shows_what_the_raw_depths_show(tmp_path):
