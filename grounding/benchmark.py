@@ -157,7 +157,7 @@ def _values(entry: Mapping[str, Any], slot: str, where: str) -> tuple[str | None
     return tuple(values)
 
 
-def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
+def five_slots(parse: Parse, status: str, goal: Goal, choices: Sequence[Goal] = ()) -> Parse:
     """Return the five slots of a reading, as in part one of the evaluation protocol.
 
     A goal that these cannot hold (several parts, a relation, a further key, a shape beyond the first four) counts as
@@ -169,15 +169,20 @@ def five_slots(parse: Parse, status: str, goal: Goal) -> Parse:
         parse: the parser's result.
         status: the status of the whole reading, as in `grounding.interpreter.Interpretation`.
         goal: the goal of the whole reading; empty if it is refused or needs a question.
+        choices: the goals that a question offers: where five slots can hold none of them, it is no plain reading either.
     """
     if status == "ok" and goal.parts:
-        spec = goal.plain_spec or _along_as_position(goal)
-        if spec is None or spec.shape not in (*FIRST_SHAPES, None):
-            return replace(parse, status="refused", spec=StructureSpec())
-        return replace(parse, status="ok", spec=spec)
-    if status == "refused":
+        spec = _slots_of(goal)
+        return replace(parse, status="refused", spec=StructureSpec()) if spec is None else replace(parse, status="ok", spec=spec)
+    if status == "refused" or (status == "ask" and choices and all(_slots_of(one) is None for one in choices)):
         return replace(parse, status="refused", spec=StructureSpec())
     return replace(parse, status=status)
+
+
+def _slots_of(goal: Goal) -> StructureSpec | None:
+    """Return the slots of a goal that five slots can hold; else `None`."""
+    spec = goal.plain_spec or _along_as_position(goal)
+    return spec if spec is not None and spec.shape in (*FIRST_SHAPES, None) else None
 
 
 def _along_as_position(goal: Goal) -> StructureSpec | None:

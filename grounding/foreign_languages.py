@@ -10,23 +10,15 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from grounding.references.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES
-from grounding.references.function_words import (
-    ARRANGING,
-    FUNCTION_WORDS,
-    GENERIC,
-    NOT_OBJECTS,
-    PARTICLES,
-    SHAPE_WORDS,
-    SIDES,
-)
-from grounding.references.lexicon import ADJECTIVES
-from grounding.references.word_forms import FORMS
+from grounding.resolve.attributes import COLOR_WORDS, COMPARATIVES, SUPERLATIVES
+from grounding.resolve.function_words import ARRANGING, FUNCTION_WORDS, GENERIC, NOT_OBJECTS, SHAPE_WORDS
+from grounding.resolve.lexicon import ADJECTIVES
+from grounding.resolve.word_forms import FORMS
 
 _WORD = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)*")
 _ENGLISH = (
-    FUNCTION_WORDS | NOT_OBJECTS | ARRANGING | SHAPE_WORDS | SIDES | PARTICLES | ADJECTIVES
-    | {*FORMS, *GENERIC, *COLOR_WORDS, *SUPERLATIVES, *COMPARATIVES, "round", "straight", "tight", "stop", "pls", "plz"}
+    FUNCTION_WORDS | NOT_OBJECTS | ARRANGING | SHAPE_WORDS | ADJECTIVES
+    | {*FORMS, *GENERIC, *COLOR_WORDS, *SUPERLATIVES, *COMPARATIVES, "rim", "ahead", "round", "straight", "tight", "stop", "pls", "plz"}
 )  # fmt: skip
 # At least this share of the words has to be everyday English for a text to pass without a closer look.
 ENGLISH_SHARE = 0.5

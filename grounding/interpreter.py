@@ -1,59 +1,114 @@
-"""Interpret an instruction together with the available objects: what to build, and with which objects.
+"""Interpret what is said, together with the objects that are there and the goal so far: the only way into language.
 
-This module combines a parser of the five slots of one structure, the reader of goals of several parts, the selection
-of objects and the speaker's viewpoint. Positions and headings
-are spoken from the robot's side, or from across the table ("opposite"): then they are turned by 180
-degrees, except where they are said of the robot ("close to the robot", "on your left").
+A proposer writes goals in the text's words, their objects are found in the scene, the verifier judges them, and two
+thresholds decide: build, ask or refuse. A scene that is known later takes up the same proposals; no text is read twice.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Protocol
 
+from grounding.candidates import added_up, judged
+from grounding.decide import Candidate, decide
 from grounding.foreign_languages import foreign_language
-from grounding.goal_network.network_reading import NetworkReading
-from grounding.goal_network.second_reader import SecondReader
-from grounding.goal_reading.reader import GoalReader, GoalReading, ReadsGoals
 from grounding.goals.goal import Goal
-from grounding.goals.parts import StructurePart
 from grounding.instruction_files import looks_like_json
-from grounding.interpretation import Interpretation
+from grounding.interpretation import Interpretation, Objects
+from grounding.language_model.goal_message import OpenQuestion, Turn
 from grounding.parse_result import Parse, Parser, shortened, unreadable
-from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.parsers.spelling import mend
-from grounding.references.attributes import SceneObject
-from grounding.references.selection import (
-    mentioned,
-)
-from grounding.spec import StructureSpec
-from grounding.unsupported import checked
-from grounding.viewpoint import VIEWPOINTS, ViewpointError, turned
+from grounding.propose.proposal import Proposal, WordedGoal
+from grounding.propose.resolution import resolved
+from grounding.resolve.attributes import SceneObject
+from grounding.resolve.object_names import as_named
+from grounding.resolve.tokens import words_of
+from grounding.verdicts import Verdicts
+from grounding.verify.unknown_words import unknown_words
+from grounding.verify.verifier import Verifier
+from grounding.viewpoint import VIEWPOINTS, ViewpointError, spoken_across
 
 if TYPE_CHECKING:
-    from grounding.dialogue.revise import Revision
-    from grounding.goal_network.writer import NetworkWriter
+    from grounding.language_model.goal_model import GoalModel
+    from grounding.language_model.goal_reply import ModelReply
     from grounding.parsers.sentence_encoder import SentenceEncoder
+
+MOST_CHARACTERS = 2000  # beyond, a text is no instruction of a few parts
+
+
+class Proposes(Protocol):
+    """A proposer of goals in a text's words: the goal network, or a small language model on this machine.
+
+    Attributes:
+        fallback: why another proposer is used in place of the configured one, or "".
+    """
+
+    fallback: str
+
+    def propose(
+        self, text: str, objects: Sequence[SceneObject] | None = None, before: Goal = Goal()
+    ) -> tuple[WordedGoal, ...]:
+        """Propose goals; see `NetworkProposer.propose`."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a language model is told beside a text.
+
+    Attributes:
+        before: the goal so far, in the speaker's frame.
+        question: that is open.
+        turns: of the conversation, the oldest first.
+    """
+
+    before: Goal = Goal()
+    question: OpenQuestion | None = None
+    turns: tuple[Turn, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Said:
+    """A text that was read, before its objects are looked up.
+
+    Attributes:
+        text: as it was given.
+        heard: as the speaker's own words: where the speaker sits across the table, what is said of the robot is turned.
+        parse: the five slots.
+        worded: the proposals in the text's words.
+        before: the goal so far, in the speaker's frame.
+        why_not: why it cannot be read at all, or "".
+        reply: what a language model made of it; `None` where none is asked, or it cannot be used.
+        fallback: why the language model's answer is not used, or "".
+    """
+
+    text: str
+    heard: str
+    parse: Parse
+    worded: tuple[WordedGoal, ...] = ()
+    before: Goal = Goal()
+    why_not: str = ""
+    reply: ModelReply | None = None
+    fallback: str = ""
 
 
 class Interpreter:
-    """An interpreter of instructions with one parser, and with a fallback if that parser cannot be used.
+    """An interpreter of what people say.
 
     Args:
-        parser: makes the configured parser; an `LLMError` counts as "cannot be used", for good, and an
-            `IllegalReplyError` for the one text.
-        fallback: makes the one that is used instead; `None` raises the error.
+        parser: makes the parser of the five slots.
+        encoder: the sentence encoder, which also finds what unknown nouns mean.
+        proposer: writes goals in a text's words.
+        verifier: makes the verifier.
         viewpoint: one of `VIEWPOINTS`.
-        encoder: finds what nouns mean that the selection's tables do not know; `None` does without.
-        goal_reader: makes the reader of goals of several parts from the grammar's; `None` for the grammar's own.
-        network: makes the goal network, which reads what the grammar's reader refuses, asks about, or reads as more
-            than one plain structure; `None` does without.
-        corrector: makes the network that was taught corrections, which reads what is said about a goal; `None` does
-            without. It needs `network` too.
-        default: reads the instructions that `goal_reader` cannot read, as if there were no other interpreter; `None`
-            leaves them to the grammar's reader.
+        model: makes a language model that is asked first, also about what is said of a goal; `None` does without.
+        strict: raise the language model's errors instead of falling back.
+
+    Attributes:
+        encoder: as given.
+        viewpoint: as given.
 
     Raises:
         ViewpointError: for another viewpoint.
@@ -62,184 +117,209 @@ class Interpreter:
     def __init__(
         self,
         parser: Callable[[], Parser],
-        fallback: Callable[[], Parser] | None = None,
+        encoder: SentenceEncoder,
+        proposer: Proposes,
+        verifier: Callable[[], Verifier],
         viewpoint: str = "robot",
-        encoder: SentenceEncoder | None = None,
-        goal_reader: Callable[[GoalReader], ReadsGoals] | None = None,
-        network: Callable[[], NetworkWriter] | None = None,
-        corrector: Callable[[], NetworkWriter] | None = None,
-        default: Interpreter | None = None,
+        model: Callable[[], GoalModel] | None = None,
+        strict: bool = False,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
         self.viewpoint = viewpoint
-        self._make_parser, self._make_fallback = parser, fallback
-        self._encoder = encoder
-        self._grammar = GoalReader(encoder, viewpoint == "opposite")
-        self._reader = self._grammar if goal_reader is None else goal_reader(self._grammar)
-        self._second = None if network is None else SecondReader(
-            network, encoder, viewpoint == "opposite", corrector
-        )
-        self._default = default
-        self._parser: Parser | None = None
-        self._substitute: Parser | None = None
-        self.fallback = ""
+        self._make_parser, self._make_verifier = parser, verifier
+        self.encoder, self._proposer = encoder, proposer
+        self._make_model, self._strict = model, strict
+        self._unusable = ""  # why the language model is asked no more
 
-    def interpret(
-        self, text: str, objects: Sequence[SceneObject | str | None] | None = None, strictly: bool = False
-    ) -> Interpretation:
-        """Interpret one instruction.
-
-        Args:
-            text: any string.
-            objects: what is there, as for `select_objects`: names, or objects with what is known of them;
-                `None` if that is not known yet (`Interpretation.among` takes it later).
-            strictly: do without the goal network, which reads words that the grammar does not know.
-        """
-        return self.interpret_many([text], objects, strictly)[0]
-
-    def interpret_many(
-        self, texts: Sequence[str], objects: Sequence[SceneObject | str | None] | None = None, strictly: bool = False
-    ) -> list[Interpretation]:
-        """Interpret many instructions about the same objects, faster than one by one; see `interpret`."""
-        _ = self.parser  # loading it is not part of the time
-        started = time.perf_counter()
-        parses = self._parses(texts)
-        seconds = (time.perf_counter() - started) / max(1, len(texts))
-        return [self._interpretation(parse, seconds, fallback, strictly).read(objects) for parse, fallback in parses]
-
-    def unread(self, text: str, strictly: bool = False) -> Interpretation:
-        """Parse the five slots of an instruction only; `Interpretation.read` goes on from there."""
-        started = time.perf_counter()
-        ((parse, fallback),) = self._parses([text])
-        return self._interpretation(parse, time.perf_counter() - started, fallback, strictly)
-
-    def revise(self, last: StructureSpec, text: str, stands: StructureSpec | None = None) -> Revision:
-        """Interpret the next sentence of a conversation; see `grounding.dialogue.revise.revise`."""
-        from grounding.dialogue.revise import revise
-
-        return revise(last, text, self, self.viewpoint, stands)
-
-    def continued(
-        self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None], about: int | None = None
-    ) -> GoalReading:
-        """Read a sentence that continues a goal: what it adds, or says anew, is in the goal that is read.
-
-        Args:
-            goal: as spoken; its objects are indices.
-            text: any string.
-            objects: what is there.
-            about: the part of the goal that is spoken of, where that is known.
-        """
-        return self._grammar.read(text, objects, before=goal, about=about)
-
-    def corrected(
-        self, goal: Goal, text: str, objects: Sequence[SceneObject | str | None]
-    ) -> NetworkReading | None:
-        """Read what is said about a goal with the goal network; `None` where there is none.
-
-        Args:
-            goal: as spoken; its objects are indices.
-            text: any string.
-            objects: what is there.
-        """
-        return None if self._second is None else self._second.correct(goal, text, objects)
-
-    @property
+    @cached_property
     def parser(self) -> Parser:
-        """Return the parser that is used at present."""
-        if self._parser is None:
-            try:
-                self._parser = self._make_parser()
-            except LLMError as error:
-                self._parser = self._fall_back(error)
-        return self._parser
+        """Return the parser of the five slots."""
+        return self._make_parser()
+
+    @cached_property
+    def verifier(self) -> Verifier:
+        """Return the verifier."""
+        return self._make_verifier()
+
+    @cached_property
+    def _model(self) -> GoalModel | None:
+        return None if self._make_model is None else self._make_model()
 
     @property
     def name(self) -> str:
-        """Return the name of the parser that is used at present: an interpreter is itself a `Parser`."""
+        """Return the name of the parser of the five slots."""
         return self.parser.name
 
-    def parse(self, text: str) -> Parse:
-        """Parse one instruction."""
-        return self.parse_batch([text])[0]
+    def interpret(
+        self,
+        text: str,
+        objects: Objects | None = None,
+        before: Goal = Goal(),
+        question: OpenQuestion | None = None,
+        turns: Sequence[Turn] = (),
+    ) -> Interpretation:
+        """Interpret an instruction, or what is said about a goal.
 
-    def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
-        """Parse each of many instructions, and refuse what no parser was taught.
+        Args:
+            text: any string.
+            objects: what is there: names, or objects with what is known of them; `None` if that is not known yet
+                (`Interpretation.among` takes it later).
+            before: the goal so far, in the world's frame; without parts for an instruction.
+            question: that is open, for a language model.
+            turns: of the conversation, the oldest first, for a language model.
 
-        If the parser cannot be used, the fallback is. Text that is not English is refused before parsing, wishes that
-        the slots cannot express are refused after it.
+        Raises:
+            LLMError: for a language model that cannot be used, if the interpreter is strict.
         """
-        return [parse for parse, _ in self._parses(texts)]
+        context = Asked(self._as_spoken(before), question, tuple(turns))
+        return self._interpreted([text], _scene_objects(objects), context)[0]
 
-    def _parses(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
-        """Parse as `parse_batch` does; return with each the reason for the fallback, or ""."""
-        refused = [self._why_unreadable(text) for text in texts]
-        answers = iter(self._answers([text for text, why in zip(texts, refused, strict=True) if not why]))
-        parses = []
-        for text, why in zip(texts, refused, strict=True):
+    def interpret_many(self, texts: Sequence[str], objects: Objects | None = None) -> list[Interpretation]:
+        """Interpret many instructions about the same objects, faster than one by one; see `interpret`."""
+        return self._interpreted(texts, _scene_objects(objects), Asked())
+
+    def _interpreted(
+        self, texts: Sequence[str], objects: Sequence[SceneObject] | None, context: Asked
+    ) -> list[Interpretation]:
+        _ = self.parser  # loading it is not part of the time
+        started = time.perf_counter()
+        said = self._read(texts, objects, context)
+        each = (time.perf_counter() - started) / max(1, len(texts))
+        return [self._decided(one, each, objects) for one in said]
+
+    def _read(self, texts: Sequence[str], objects: Sequence[SceneObject] | None, context: Asked) -> list[_Said]:
+        """Read texts: the five slots, and goals in the text's words, or what a language model makes of them."""
+        before = context.before
+        names = [each.name for each in objects or ()]
+        heard = [spoken_across(text) if self.viewpoint == "opposite" else text for text in texts]
+        heard = [as_named(text, names) for text in heard]
+        why_not = [self._why_unreadable(text) for text in texts]
+        parses = iter(self.parser.parse_batch([text for text, why in zip(heard, why_not, strict=True) if not why]))
+        found = []
+        for text, said, why in zip(texts, heard, why_not, strict=True):
             if why:
-                parses.append((unreadable(text, why, self.name), self.fallback))
-            else:
-                parse, fallback = next(answers)
-                parses.append((checked(parse, partial(self._mended, text)), fallback))
-        return parses
+                found.append(_Said(text, said, unreadable(text, why, self.name), before=before, why_not=why))
+                continue
+            parse = replace(next(parses), text=text)
+            reply, fallback = self._asked(text, objects, context)
+            worded = self._proposer.propose(said, objects, before) if reply is None else ()
+            found.append(_Said(text, said, parse, worded, before, reply=reply, fallback=fallback or self._proposer.fallback))
+        return found
+
+    def _asked(
+        self, text: str, objects: Sequence[SceneObject] | None, context: Asked
+    ) -> tuple[ModelReply | None, str]:
+        """Return what a language model makes of a text, and why the default reader reads it instead, or ""."""
+        from grounding.parsers.llm_reply import IllegalReplyError, LLMError
+
+        try:
+            if self._model is None:
+                return None, self._unusable
+            reply = self._model.read(text, objects, context.before, context.question, context.turns, self.viewpoint)
+        except LLMError as error:
+            if self._strict:
+                raise
+            reason = f"the language model cannot be used ({error}); the default reader read this"
+            if not isinstance(error, IllegalReplyError):  # it will not answer to the next text either
+                self.__dict__["_model"], self._unusable = None, reason
+            return None, reason
+        return reply, ""
 
     def _why_unreadable(self, text: str) -> str:
-        """Say why a text is not for a parser: data, or another language; "" for any other."""
+        """Say why a text is not read: without words, data, too long, and without a language model another language;
+        "" for any other.
+        """
+        if not any(char.isalnum() for char in text):
+            return f"the instruction {'has no words' if text.strip() else 'is empty'}; say what to build, as 'a small circle'"
         if looks_like_json(text):
             return f"{shortened(text)!r} is JSON, and no instruction; say what to build, as 'a small circle'"
-        language = foreign_language(text, partial(self._mended, text)) if text.strip() else None
-        return _not_english(text, language) if language else ""
-
-    def _answers(self, texts: Sequence[str]) -> list[tuple[Parse, str]]:
-        """Parse texts in English, with the other parser if the configured one fails, and return the reason."""
-        try:
-            return [(parse, self.fallback) for parse in self.parser.parse_batch(texts)]
-        except IllegalReplyError as error:
-            if len(texts) > 1:  # an illegal reply costs its own text and no other
-                return [answer for text in texts for answer in self._answers([text])]
-            parser = self._other(error)
-            return [(parse, f"{error}; the {parser.name} parser read this") for parse in parser.parse_batch(texts)]
-        except LLMError as error:
-            self._parser = self._fall_back(error)
-            return [(parse, self.fallback) for parse in self._parser.parse_batch(texts)]
+        if len(text) > MOST_CHARACTERS:
+            return f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}"
+        if self._make_model is not None and not self._unusable:
+            return ""  # it may know the language
+        language = foreign_language(text, partial(self._mended, text))
+        said = "say it in English, the only language that is understood"
+        return f"{shortened(text)!r} seems to be in {language}: {said}" if language else ""
 
     def _mended(self, text: str) -> str:
         """Return the text without typing errors, as far as the encoder knows words."""
-        return mend(text, self._encoder.whole_words).text if self._encoder is not None else text
+        return mend(text, self.encoder.whole_words).text
 
-    def _fall_back(self, error: LLMError) -> Parser:
-        parser = self._other(error)
-        self.fallback = f"the LLM cannot be used ({error}); the {parser.name} parser read this"
-        return parser
+    def _decided(self, said: _Said, seconds: float, objects: Sequence[SceneObject] | None) -> Interpretation:
+        """Find the objects of all proposals, judge them, and decide."""
+        started, chosen = time.perf_counter(), None
+        names = None if objects is None else [each.name for each in objects]
+        verdicts = Verdicts(said.parse, said.before, self.viewpoint, names)
+        if said.why_not:
+            found = verdicts.refused(said.why_not)
+        elif said.reply is not None:
+            proposal = self._with_objects(said.reply.goal, said, objects)
+            found = verdicts.of_reply(said.reply, proposal)
+            chosen = None if proposal is None else Candidate(proposal)
+        else:
+            proposals = self._proposals(said, objects)
+            candidates = self._candidates(said, proposals, objects)
+            follows, scene = bool(said.before.parts), objects is not None
+            decision = decide(candidates, proposals, self.verifier.weights, follows, scene)
+            found, chosen = verdicts.of_decision(decision, proposals), decision.chosen
+        found = replace(found, fallback=said.fallback, seconds=seconds + time.perf_counter() - started)
+        if objects is not None or found.status != "ok" or chosen is None:
+            return found
+        return replace(found, _among=partial(self._placed, found, said, chosen))
 
-    def _other(self, error: LLMError) -> Parser:
-        """Return the fallback parser; raise `error` if there is none."""
-        if self._make_fallback is None:
-            raise error
-        if self._substitute is None:
-            self._substitute = self._make_fallback()
-        return self._substitute
+    def _placed(
+        self, found: Interpretation, said: _Said, chosen: Candidate, objects: Objects, catalogue: bool
+    ) -> Interpretation:
+        """Find the objects of a goal that was decided on where no scene was known; see `Interpretation.among`."""
+        there, words = _scene_objects(objects) or [], chosen.proposal.worded
+        assert words is not None  # every goal was proposed in words
+        proposal = resolved(words, said.heard, there, self.encoder, catalogue, self.viewpoint == "opposite")
+        known = {name: getattr(found, name) for name in ("seconds", "fallback", "probability", "by_model")}
+        verdicts = Verdicts(found.parse, said.before, self.viewpoint, [each.name for each in there], known)
+        placed = verdicts.of_choice(replace(chosen, proposal=proposal))
+        return replace(placed, _among=partial(self._placed, found, said, chosen))
 
-    def _interpretation(self, parse: Parse, seconds: float, fallback: str, strictly: bool) -> Interpretation:
-        """Return the interpretation of the five slots, from which the reading of goals goes on."""
-        started = time.perf_counter()
-        words = mentioned(parse.text) if parse.status != "refused" else ()
-        spec = turned(parse) if self.viewpoint == "opposite" else parse.spec
-        seconds += time.perf_counter() - started
-        return Interpretation(
-            parse, spec, parse.status, parse.message, self.viewpoint, words or None, seconds, fallback,
-            parse.question, words=words, named=words, goal=_plain_goal(parse, spec, words), _reader=self._reader,
-            _encoder=self._encoder, _second=None if strictly else self._second,
-            _default=None if self._default is None else partial(self._default.unread, parse.text, strictly),
-        )  # fmt: skip
+    def _with_objects(
+        self, goal: Goal | None, said: _Said, objects: Sequence[SceneObject] | None
+    ) -> Proposal | None:
+        """Return a language model's goal as a proposal; words for objects are looked up where something is there."""
+        if goal is None:
+            return None
+        worded = WordedGoal(1.0, tuple(part.to_dict() for part in goal.parts))
+        if objects is None or not any(isinstance(one, str) for one in goal.named_objects()):
+            return Proposal(goal, 1.0, worded=worded)
+        return resolved(worded, said.text, objects, self.encoder, opposite=self.viewpoint == "opposite")
+
+    def candidates(
+        self, text: str, objects: Objects | None = None, before: Goal = Goal()
+    ) -> tuple[list[Candidate], list[Proposal]]:
+        """Return what would be decided on: the goals that can be built, judged, and all proposals; see `interpret`."""
+        there = _scene_objects(objects)
+        (said,) = self._read([text], there, Asked(self._as_spoken(before)))
+        proposals = self._proposals(said, there)
+        return self._candidates(said, proposals, there), proposals
+
+    def _proposals(self, said: _Said, objects: Sequence[SceneObject] | None) -> list[Proposal]:
+        """Return the proposals with the objects found, those of the same goal as one, the most certain first."""
+        opposite = self.viewpoint == "opposite"
+        found = [resolved(one, said.heard, objects, self.encoder, opposite=opposite) for one in said.worded]
+        return added_up(found, None if objects is None else len(objects))
+
+    def _candidates(
+        self, said: _Said, proposals: Sequence[Proposal], objects: Sequence[SceneObject] | None
+    ) -> list[Candidate]:
+        parse = None if said.before.parts or objects is not None else said.parse
+        copied = {word for one in said.worded for phrase in one.phrases for word in words_of(phrase)}
+        unknown = unknown_words(said.heard, copied, self.encoder.whole_words)
+        found = judged(said.heard, proposals, self.verifier, objects, said.before, parse)
+        return [replace(one, unknown=unknown) for one in found]
+
+    def _as_spoken(self, goal: Goal) -> Goal:
+        return goal.turned() if self.viewpoint == "opposite" else goal
 
 
-def _plain_goal(parse: Parse, spec: StructureSpec, words: tuple[str, ...]) -> Goal:
-    """Return the goal of one structure whose objects are not known yet."""
-    return Goal((StructurePart.of(spec, words or None),)) if parse.status == "ok" else Goal()
-
-
-def _not_english(text: str, language: str) -> str:
-    return f"{shortened(text)!r} seems to be in {language}: say it in English, the only language that is understood"
+def _scene_objects(objects: Objects | None) -> list[SceneObject] | None:
+    if objects is None:
+        return None
+    return [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]

@@ -36,16 +36,12 @@ SLOTS_OF_SHAPE: Mapping[str | None, tuple[str, ...]] = {
     **{shape: structure.slots for shape, structure in STRUCTURES.items()},
     None: SLOTS[1:],
 }
-OPPOSITE = {
-    "left": "right",
-    "right": "left",
-    "top": "bottom",
-    "bottom": "top",
-    "north": "south",
-    "south": "north",
-    "east": "west",
-    "west": "east",
-}
+_OPPOSITES = (
+    ("left", "right"), ("top", "bottom"), ("north", "south"), ("east", "west"), ("near", "far"), ("away", "closer"),
+    ("left of", "right of"), ("in front of", "behind"),
+)  # fmt: skip
+# Every word for a direction -> the one for the other direction.
+OPPOSITE: Mapping[str, str] = {**dict(_OPPOSITES), **{other: one for one, other in _OPPOSITES}}
 
 
 class SpecError(ValueError):

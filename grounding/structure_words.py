@@ -12,6 +12,8 @@ from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+# What a structure may be told beside its slots (docs/protocol.md, part two).
+KEYS = ("order", "gap", "radius", "length", "rows", "columns", "around", "along", "group_by")
 FOLDER = Path(__file__).parent / "structures"
 
 
@@ -84,6 +86,8 @@ class StructureWords:
         name: the shape, as the slot's value.
         number: its place among the shapes, from 1; trained parsers depend on it, so that a new shape comes last.
         slots: its legal slots besides the shape.
+        keys: of `KEYS`, those that it takes.
+        least: the fewest objects that make one.
         words: see `Words`.
         grammar: see `Grammar`.
         phrases: "noun" and "action" -> phrases of the training language.
@@ -101,9 +105,11 @@ class StructureWords:
     name: str
     number: int
     slots: tuple[str, ...]
+    least: int
     words: Words
     grammar: Grammar
     phrases: Mapping[str, tuple[str, ...]]
+    keys: tuple[str, ...] = ()
     stacked: bool = False
     along_edges: bool = False
     pieces: tuple[str, ...] = ()
@@ -131,6 +137,8 @@ def read_structure(path: Path) -> StructureWords:
         hole: OwnPhrases(own["share"], {value: phrases for value, phrases in own.items() if value != "share"})
         for hole, own in entries.get("own_phrases", {}).items()
     }
+    if unknown := [key for key in entries.get("keys", ()) if key not in KEYS]:
+        raise StructureWordsError(f"{path}: keys cannot hold {unknown[0]!r}; legal values: {', '.join(KEYS)}")
     return _made(StructureWords, entries, str(path))
 
 

@@ -1,48 +1,60 @@
-"""Positions and headings as the speaker says them, from the robot's side or from across the table, in the world's
-frame.
+"""Hear what is said from the opposite side of the table: what is relative to the robot stays the robot's.
+
+A goal is read in the speaker's frame and turned as a whole. Words that relate a place to the robot ("on your left", "close to the
+robot") are therefore first put as the speaker would say them of the own side. Other words for the robot stay: "could you, robot".
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import replace
 
-from grounding.parse_result import Parse
-from grounding.spec import SLOTS, StructureSpec
+from grounding.spec import OPPOSITE
 
 VIEWPOINTS = ("robot", "opposite")
-_TURNED_SLOTS = ("x_position", "y_position", "rotation")
-# "Close to you", "on your left", "away from the robot"; but not "could you put them on the left, robot".
-_OF_THE_ROBOT = re.compile(
-    r"\b(?:to|of|near|by|from|towards?|facing|at|beside|behind|before|against)\s+(?:the\s+)?"
-    r"(?:robot(?:['’]s)?|arm(?:['’]s)?|gripper|you|yourself)\b|\byour\b|\bthe robot['’]s\b",
-    re.IGNORECASE,
-)
-_WITHIN = 12  # characters between such words and the evidence that they belong to
+_MACHINE = r"(?:robot(?:ic)? arm|robot|arm|gripper|manipulator|base)"
+_ROBOT = rf"(?:you(?:rself)?|(?:the|your)(?: own)? {_MACHINE})(?![\w'’])"
+_ROBOTS = rf"(?:your|(?:the )?{_MACHINE}['’]s)(?: own)?"
+_FACING = r"(?:fac(?:e|es|ed|ing)|point(?:s|ed|ing)?|look(?:s|ing)?|turn(?:ed|ing)?|open(?:s|ing)?)(?: (?:directly|straight))?"
+_JUST = r"(?:(?<!the )(?<!your )(?<!my )(?<!['’]s )right |directly |just |straight )?"
+# A word for a place -> what the speaker across the table says of the same place.
+_OTHER = {
+    **OPPOSITE, "close": "far", "closer": "farther", "closest": "farthest", "nearer": "farther", "nearest": "farthest",
+    "next": "far", "away": "close", "far": "close", "farther": "closer", "further": "closer", "farthest": "closest",
+    "furthest": "closest",
+}  # fmt: skip
+_LENGTH = r"\d\s*(?:mm|cm|m|centimet(?:er|re)s?|met(?:er|re)s?|inch(?:es)?|bit|little)"
+# How a place or a heading is related to the robot -> the same of the speaker's own side; {1} is the first group, "{other}" its
+# opposite. An earlier one is put first: what it writes says nothing of the robot any more.
+_WAYS = tuple((re.compile(pattern, re.IGNORECASE), own) for pattern, own in (
+    (rf"\b({_FACING}) away from {_ROBOT}", "{1} toward me"),
+    (rf"\b(fac(?:e|es|ed|ing)(?: directly| straight)?) {_ROBOT}|\b({_FACING}) (?:at|to|towards?) {_ROBOT}", "{1} away from me"),
+    (rf"\b(left|right)((?: \w+){{0,3}}?),? (?:as )?(?:seen )?(?:from|in) (?:{_ROBOTS} (?:side|perspective|point of view|view\w*)|{_ROBOT})",
+     "{other}{2}"),
+    (rf"\b{_ROBOTS} (side|end|edge|half)\b", "the far {1}"),
+    (rf"\b{_JUST}in front of {_ROBOT}", "far from me"),
+    (rf"\b(?:across from|opposite(?: to| from)?) {_ROBOT}", "close to me"),
+    (rf"({_LENGTH}) away from {_ROBOT}", "{1} towards me"),
+    (rf"\b(towards?) {_ROBOT}", "away from me"),
+    (rf"\b(away|far|farther|further|farthest|furthest)((?: (?:side|end|edge))?) from {_ROBOT}", "{other}{2} to me"),
+    (rf"\b(close|closer|closest|near|nearer|nearest|next)(?: to)? {_ROBOT}", "{other} from me"),
+    (rf"\b{_ROBOTS} (left|right)\b", "the {other}"),
+    (rf"\b(?:the )?(left|right)((?:[- ]hand)?(?: side)?) of {_ROBOT}", "the {other}{2}"),
+))  # fmt: skip
 
 
 class ViewpointError(ValueError):
     """A viewpoint that there is not; the message lists those that there are."""
 
 
-def turned(parse: Parse) -> StructureSpec:
-    """Convert the spec of a speaker on the opposite side into the world's frame."""
-    across = parse.spec.turned()
-    kept = {
-        slot: getattr(parse.spec, slot)
-        for slot in SLOTS
-        if slot in _TURNED_SLOTS and _is_said_of_the_robot(parse.text, parse.evidence.get(slot, ()))
-    }
-    return replace(across, **kept)
+def spoken_across(text: str) -> str:
+    """Return what a speaker on the opposite side says, with places relative to the robot as relative to the speaker."""
+    for pattern, own in _WAYS:
+        text = pattern.sub(lambda found, own=own: _put(found, own), text)
+    return text
 
 
-def _is_said_of_the_robot(text: str, evidence: Sequence[str]) -> bool:
-    spans = [match.span() for match in _OF_THE_ROBOT.finditer(text)]
-    for word in evidence:
-        for found in re.finditer(rf"(?<!\w){re.escape(word)}(?!\w)", text):
-            for first, last in spans:
-                between = text[found.end() : first] if found.end() <= first else text[last : found.start()]
-                if len(between) <= _WITHIN and not set(between) & set(",.;:!?"):
-                    return True
-    return False
+def _put(found: re.Match[str], own: str) -> str:
+    groups = [each or "" for each in found.groups()]
+    first = next(filter(None, groups), "")
+    second = groups[1] if len(groups) > 1 else ""
+    return own.replace("{1}", first).replace("{2}", second).replace("{other}", _OTHER.get(first.lower(), first))

@@ -258,19 +258,15 @@ def _forked_helper(path: str, arguments: Sequence[Any], descriptors: Sequence[in
 
 def prepare() -> None:
     """Do what each process would do anew, always with the same result: make the tree of commands, list the words that
-    spelling knows, compile patterns. Reading a sentence would start the tokenizer's threads."""
+    spelling knows. Reading a sentence would start the tokenizer's threads."""
     import typer
 
     from agent.cli.app import app
-    from grounding.lazy_pattern import LazyPattern
     from grounding.parsers import spelling
 
     typer.main.get_command = functools.cache(typer.main.get_command)
     typer.main.get_command(app)
-    spelling._vocabulary()
-    for found in gc.get_objects():
-        if type(found) is LazyPattern:
-            found.search("")
+    spelling.usual_words()
 
 
 def main() -> None:

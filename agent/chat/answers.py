@@ -17,10 +17,11 @@ from agent.chat.relation_answers import MEASURES, RELATION_ANSWERS, measure_of, 
 from agent.chat.table_facts import Fact, capitalized, join_words, unknown_adjectives, with_article
 from agent.rendering.text import aligned
 from grounding.dialogue.acts import Act
-from grounding.dialogue.revise import OTHER_SHAPES
-from grounding.references.word_forms import plural, singular
+from grounding.resolve.word_forms import plural, singular
 from grounding.spec import SHAPES
 
+# Shapes that cannot be built, and are asked for all the same.
+_OTHER_SHAPES = tuple("heart star spiral semicircle diamond wall bridge".split())
 _STRUCTURES = frozenset(
     "circle ring line row tower stack pile setting structure arrangement proposal candidate".split()
 )
@@ -130,7 +131,7 @@ def _where(act: Act, known: Knowledge) -> str:
 def _shape_asked_for(words: str) -> str:
     """Return the shape that the words name, in the singular, even one that cannot be built; empty if they name none."""
     shape = " ".join(singular(word) for word in words.split())
-    return shape if shape in (*SHAPES, *OTHER_SHAPES) else ""
+    return shape if shape in (*SHAPES, *_OTHER_SHAPES) else ""
 
 
 def _with_articles(shapes: Sequence[str]) -> str:

@@ -16,7 +16,7 @@ from agent.chat.other_arrangement import Places, other_ranks, places_of
 from agent.chat.state import Build, Proposal, Situation
 from agent.chat.table_session import TableSession
 from agent.chat.turn import Turn
-from agent.errors import DONE, NoValidGoal, PartlyDone, UsageError
+from agent.errors import DONE, NotBuildable, NoValidGoal, PartlyDone, UsageError
 from agent.event_base import Event, Listener
 from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
 from agent.pipeline.candidates import filter_viable
@@ -25,13 +25,17 @@ from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, make_goal
-from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
+from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, with_what_is_there
+from agent.scenes.limits import MOST_OBJECTS
+from grounding.dialogue.state import Dialogue, built
+from grounding.goals.part_numbers import still_to_build
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Scene
 
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
 
+_STANDS = "what was built before stays as it stands"
 _NO_OTHER = (
     "no arrangement that differs visibly from those shown was found; the best one is proposed again, and a looser wish "
     "leaves room for others"
@@ -64,10 +68,16 @@ class BuildSession(TableSession):
         try:
             self._propose_for(situation, other)
         except BaseException as error:
+            if isinstance(error, NotBuildable | NoValidGoal) and situation.goal != self.situation.goal:
+                self._say(replace(self.situation.dialogue, wish=situation.goal))  # what is said next may mend it
             if isinstance(error, NoValidGoal):
                 self._unmet = (self.situation, situation)
             self._look_at_pending()
             raise
+
+    def _say(self, dialogue: Dialogue) -> None:
+        """Change what was said, and nothing else."""
+        self.situation = replace(self.situation, dialogue=dialogue)
 
     @property
     def wanted(self) -> Situation:
@@ -82,17 +92,24 @@ class BuildSession(TableSession):
         if self.table.tidy_up():
             self.send(events.Noted("the arm emptied its hand and folded"))
             situation = replace(situation, poses=self.table.poses())
-        self.table.missing = situation.missing
-        wanted, everything, parts = None, None, situation.parts
-        if parts is None:
-            self.table.involve(situation.objects)
-            if not planned_as_structure(situation.spec):
-                parts = structure_of(self.table, situation.spec)
-        if parts is None:
-            scene = self.table.look()
+        whole, missing = with_what_is_there(self.table, situation.goal)
+        goal = still_to_build(whole, situation.dialogue.standing)
+        if not goal.parts:
+            raise NotBuildable("it stands already; “put it back” takes the last build back")
+        if situation.dialogue.standing:
+            self.send(events.Noted(_STANDS))
+        situation = replace(situation, missing=missing)
+        spec, wanted = goal.plain_spec, None
+        if spec is not None and planned_as_structure(spec):
+            taking = [self.table.original_names[index] for index in goal.named_objects()]  # type: ignore[index]
+            if len(taking) > MOST_OBJECTS:
+                raise NotBuildable(f"{len(taking)} objects would take part; legal: up to {MOST_OBJECTS}")
+            self.table.involve(taking)
+            scene = everything = self.table.look()
         else:
-            wanted, everything = put_on_table(self.table, parts)
+            wanted, everything = put_on_table(self.table, goal)
             scene = everything.select(wanted.movable)
+        self.table.missing = missing
         if shortfall := describe_shortfall(self.table, "take part"):
             self.send(events.Noted(shortfall))
         looking = time.perf_counter() - began
@@ -104,9 +121,10 @@ class BuildSession(TableSession):
         for one in networks.values():
             if not one.verified:
                 self.send(events.Noted(one.card))
-        if wanted is None or everything is None:
-            goal = make_goal(situation.spec, cache.encoder)
-            proposed = propose_arrangements(planner, options.model, scene, goal, options.seed, self.send)
+        if wanted is None:
+            assert spec is not None  # it is planned as one structure
+            asked = make_goal(spec, cache.encoder)
+            proposed = propose_arrangements(planner, options.model, scene, asked, options.seed, self.send)
         else:
             proposed = self._proposed_parts(wanted, everything, looking)
         proposed = replace(proposed, networks=networks)
@@ -118,8 +136,8 @@ class BuildSession(TableSession):
         if not self.ranks:
             self.send(events.Noted(_NO_OTHER))
             self.ranks = list(range(1, viable + 1))
-        rank, spec = self.ranks[0], situation.spec or StructureSpec()
-        proposal = Proposal(spec, proposed.scene, proposed, viable, rank, several=wanted)
+        rank = self.ranks[0]
+        proposal = Proposal(situation.goal, wanted or spec or StructureSpec(), proposed.scene, proposed, viable, rank)
         self._remember(replace(situation, proposal=proposal, shown=proposal))
         self.show_ranks([rank])
         self.send(proposal.chosen)
@@ -247,7 +265,7 @@ class BuildSession(TableSession):
         from agent.scenes.table_scene import MOVED
 
         proposal, options = self._proposed(), self.options
-        built, before = False, self.table.poses()
+        done, before = False, self.table.poses()
         self._history.forget_undone()
         try:
             with self._turn.part("build"):
@@ -269,19 +287,17 @@ class BuildSession(TableSession):
                     pass
                 if shortfall := describe_shortfall(self.table, "stand as asked"):
                     raise PartlyDone(shortfall)
-                built = True
+                done = True
         finally:
-            poses, goal, objects = self.table.poses(), self.situation.goal, self.situation.objects
-            parts, names = self.situation.parts, self.situation.names
+            poses, now = self.table.poses(), self.situation
             moved = tuple(name for name, pose in poses.items() if np.abs(pose - before[name]).max() > MOVED)
-            build = Build(
-                goal or StructureSpec(), objects, before, moved, "" if built else self._turn.trouble, parts, names
-            )
-            builds = (*self.situation.builds, build)
-            self.situation = replace(self.situation, poses=poses, proposal=None, builds=builds)
-        if built:
+            stood = tuple(now.goal.parts[number] for number in sorted(now.dialogue.standing))
+            build = Build(now.goal, now.names, before, moved, "" if done else self._turn.trouble, stood)
+            said = built(now.dialogue) if done and moved else now.dialogue
+            self.situation = replace(now, dialogue=said, poses=poses, proposal=None, builds=(*now.builds, build))
+        if done:
             self.send(events.Finished(True, DONE, self._turn.seconds))
-        return built
+        return done
 
     def _watched(self, event: Event) -> Iterator[Event]:
         if isinstance(event, Planned) and self.situation.shown is not None:  # it need not be the one that was chosen

@@ -6,188 +6,126 @@ The module does not depend on a terminal: everything that happens is sent to lis
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 
 from agent import events
 from agent.chat.answers import answer, reply_to_unknown_question
-from agent.chat.goal_turns import GoalTurns
+from agent.chat.build_session import BuildSession
 from agent.chat.knowledge import Knowledge
 from agent.chat.naming import named_indices, naming_of
-from agent.chat.participants import Participants, UnclearObjectError, select_participants
-from agent.chat.state import apply_answer, complete_spec, with_a_shape
+from agent.chat.state import Situation, objects_of
 from agent.errors import NotBuildable, UsageError
-from agent.event_base import Listener, json_value
+from agent.event_base import json_value
 from agent.pipeline.event_builders import perceived_event
-from agent.pipeline.resources import ResourceCache
-from agent.pipeline.run import RunOptions
 from agent.scenes.renaming import renamed
+from grounding.dialogue import turns
 from grounding.dialogue.acts import Act, acts_of, is_question
-from grounding.dialogue.revise import Revision
-from grounding.parse_result import OBJECT, REFUSALS, Question
-from grounding.references.selection import SelectionError, select_objects
+from grounding.dialogue.answers import chosen_options
+from grounding.dialogue.state import Dialogue, Outcome
+from grounding.goals.description import describe_part
+from grounding.goals.parts import Part
+from grounding.interpreter import Interpreter
+from grounding.resolve.attributes import SceneObject
 from grounding.spec import StructureSpec
 
-# What holds names of objects.
-_WITH_NAMES = (
-    "situation", "question", "_history", "_start", "_shown", "_asked", "_asked_parts", "_unclear", "_resolved",
-    "_unmet",
-)  # fmt: skip
+_WITH_NAMES = ("situation", "_history", "_start", "_shown", "_unmet")  # what holds names of objects
 
 
-class Conversation(GoalTurns):
-    """A conversation about one table: instructions, corrections, answers and questions, in addition to `GoalTurns`.
-
-    A goal is stored from the speaker's viewpoint, so that corrections apply to it directly.
-    """
-
-    def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
-        super().__init__(options, cache, listeners)
-        # The revision that led to a question, and the participants before it; `None` for those of the situation.
-        self._asked: tuple[Revision, Participants | None] | None = None
-        self._unclear = ""  # the words for the object that the question is about
-        self._resolved: dict[str, str] = {}  # such words -> the object that an answer chose for them
+class Conversation(BuildSession):
+    """A conversation about one table: instructions, corrections, answers and questions, in addition to `BuildSession`."""
 
     # --- instructions and answers ------------------------------------------------------------------------
 
     def say(self, text: str) -> bool:
-        """Process an instruction or a correction up to a proposal or a question. Return whether there is a proposal."""
+        """Process a sentence up to a proposal or a question. Return whether there is a new proposal."""
         self._turn.begin()
-        self.question = None
-        self._resolved, self._asked_parts = {}, None
         self.send(events.Started(text, json_value(asdict(self.options))))
-        with self._turn.part("parse"):
-            last = self.situation.goal or StructureSpec()
-            whole = self._revised_goal(text)
-            if whole.plain is None:
-                self._apply_goal(whole, text)
-                return self.question is None
-            revision = whole.plain
-            if revision.status in ("refused", "unchanged"):
-                raise NotBuildable(revision.message)
-            self._apply(with_a_shape(revision, last))
-            return self.question is None
-        return False
+        now = self.situation
+        return self._take(lambda: turns.say(now.dialogue, text, self._interpreter, self._objects(), now.stands))
 
-    def _revised(self, last: StructureSpec, text: str) -> Revision:
-        reading = self.options.reading
-        return self._cache.interpreter(reading).revise(last, text, self.situation.stands)
+    def answer(self, option: int) -> bool:
+        """Answer the question by the number of an option, from 0. Return as `say` does.
 
-    def answer(self, value: str | None) -> bool:
-        """Apply the answer to the question: an option, or `None` to leave the slot open. Return as `say` does."""
-        if self.question is not None and self._asked_parts is not None:
-            return self._answer_about_parts(value)
-        question, asked = self.question, self._asked
-        if question is None or asked is None:
+        Raises:
+            UsageError: if no question is open, or it has no such option.
+        """
+        if self.question is None:
             raise UsageError("there is no question to answer")
-        self.question = None
-        revision, objects = asked
-        with self._turn.part("parse"):
-            if question.slot == OBJECT:
-                self._resolved[self._unclear] = value or question.options[0]
-                self._apply(revision, objects)
-                return self.question is None
-            spec = apply_answer(revision.spec, question.slot, value)
-            # The user has confirmed the parser's guesses, so its confidences no longer apply.
-            revision = replace(revision, spec=spec, status="ok", message="", question=None, parse=None)
-            self._apply(revision.with_objects_of(None), objects)
-            return True
-        self.question, self._asked = question, asked  # the question remains if the answer cannot be carried out
-        return False
+        now, count = self.situation, len(self.question.options)
+        if not 0 <= option < count:
+            raise UsageError(f"there is no option {option + 1}; legal: 1 to {count}")
+        return self._take(lambda: turns.answer(now.dialogue, option, self.table.original_names, now.viewpoint))
 
-    def answer_in_words(self, text: str) -> bool:
-        """Apply an answer in free words, which completes the instruction before the question. Return as `say` does.
-
-        The participants stay the same unless the answer adds or changes some. The question remains if the words say
-        nothing or ask for something impossible; a complete instruction replaces it.
-        """
-        if self.question is not None and self._asked_parts is not None:
-            return self._answer_about_parts_in_words(text)
-        question, asked = self.question, self._asked
-        if question is None or asked is None:
-            return self.say(text)
-        if question.slot == OBJECT and (name := self._described(text, question.options)):
-            return self.answer(name)
-        revision, objects = asked
-        said = self._revised(revision.spec, text)
-        if said.kind == "new" and said.words:
-            done = self.say(text)
-            if not done and self.question is None:
-                self.question, self._asked = question, asked
-            return done
-        if said.status in ("refused", "unchanged"):
-            raise NotBuildable(f"{said.message}; {question.text}")
-        spec = complete_spec(said.spec, revision.spec)
-        unanswered = question.slot == "shape" and spec.shape is None
-        if unanswered or (said.kind == "edit" and said.objects_how and not said.changed):
-            still_open: Question | None = question
-        else:
-            still_open = said.question
-        self.question = None
-        with self._turn.part("parse"):
-            updated = replace(revision, spec=spec, message=said.message, question=still_open)
-            self._apply(updated.with_objects_of(said if said.kind == "edit" else None), objects)
-            return self.question is None
-        self.question, self._asked = question, asked
-        return False
-
-    def _described(self, text: str, names: Sequence[str]) -> str | None:
-        """Return the single object that the words describe; `None` if they describe none or several."""
-        try:
-            found = select_objects(text, self.table.referents_of(names), self._cache.encoder)
-        except SelectionError:
+    def option_of(self, line: str) -> int | None:
+        """Return the number of the option that a line chooses, from 0; `None` where it chooses none."""
+        said = self.situation.dialogue
+        if said.question is None:
             return None
-        return names[found.indices[0]] if len(found.indices) == 1 else None
+        options = chosen_options(line, said.question, said.choices, self._objects(), self._cache.encoder)
+        return options[0] if len(options) == 1 else None
 
-    def _ask(self, question: Question, revision: Revision, among: Participants | None) -> None:
-        self.question, self._asked, self._asked_parts = question, (revision, among), None
-        self.send(events.Asked(question.slot, question.text, question.options))
+    @property
+    def _interpreter(self) -> Interpreter:
+        return self._cache.interpreter(self.options.reading)
 
-    def _apply(self, revision: Revision, among: Participants | None = None) -> None:
-        """Apply a revision: ask if it is unclear, otherwise propose.
+    def _objects(self) -> list[SceneObject]:
+        return self.table.referents_of(self.table.original_names)
 
-        Args:
-            revision: the revision to apply.
-            among: the participants before it; by default those of the situation.
-        """
-        began, parse, cache = time.perf_counter(), revision.parse, self._cache
-        before = self.situation
-        if among is not None:
-            before = replace(before, goal=revision.spec, objects=among.names, missing=among.missing)
-        try:  # before any question is asked
-            taking = select_participants(revision, self.table, before, cache.encoder, self._resolved)
-        except UnclearObjectError as doubt:
-            self._unclear = doubt.phrase
-            self._ask(Question(OBJECT, str(doubt), doubt.names), revision, among)
-            return
-        except SelectionError as error:
-            raise NotBuildable("; ".join(filter(None, (str(error), self.source.hint)))) from error
-        if revision.question is not None:
-            self._ask(revision.question, revision, taking)
-            return
-        for note in filter(None, (revision.message, *taking.notes)):
-            self.send(events.Noted(note))
-        reading = self.options.reading
+    def _take(self, turn: Callable[[], tuple[Dialogue, Outcome]]) -> bool:
+        """Take a turn: propose what is wanted, ask, or refuse. Return whether there is a new proposal."""
+        with self._turn.part("parse"):
+            began = time.perf_counter()
+            dialogue, outcome = turn()
+            if outcome.status == "ok":
+                self._want(dialogue, outcome, began)
+                return self.situation.proposal is not None
+            self._say(dialogue)
+            question = outcome.question
+            if outcome.status == "ask" and question is not None:
+                self.send(events.Asked(question.slot, question.text, question.options))
+                return False
+            hint = self.source.hint if "there is only" in outcome.message else ""
+            raise NotBuildable("; ".join(filter(None, (outcome.message, hint))))
+        return False
+
+    def _want(self, dialogue: Dialogue, outcome: Outcome, began: float) -> None:
+        """Say what is wanted now, and propose arrangements of it."""
+        if outcome.message:
+            self.send(events.Noted(outcome.message))
+        if not outcome.goal.parts:  # the first goal was taken back
+            self._remember(replace(self.situation, dialogue=dialogue, proposal=None, shown=None, missing={}))
+            raise NotBuildable("nothing is wanted any more; say what to build")
+        viewpoint = self.options.reading.viewpoint
         situation = replace(
-            self.situation, goal=revision.spec, objects=taking.names, poses=self.table.poses(), proposal=None,
-            viewpoint=reading.viewpoint, missing=taking.missing, parts=None, names=(),
+            self.situation, dialogue=dialogue, names=self.table.original_names, poses=self.table.poses(), proposal=None,
+            viewpoint=viewpoint, missing={},
         )  # fmt: skip
-        self.send(
-            events.Parsed(
-                situation.spec,
-                parse.confidence if parse else {},
-                parse.evidence if parse else {},
-                parse.parser if parse else "",
-                parse.dropped if parse else {},
-                taking.names,
-                reading.viewpoint,
-                parse.prompt_sha256 if parse else None,
-                cache.interpreter(reading).fallback,
-                time.perf_counter() - began,
-                self.situation.spec if revision.kind == "edit" else None,
-            )
-        )
+        self.send(self._parsed(situation, outcome, time.perf_counter() - began))
         self._propose(situation)
+
+    def _parsed(self, situation: Situation, outcome: Outcome, seconds: float) -> events.Parsed:
+        """Return the event of what was understood: the slots of one structure, or a line for each part."""
+        reading, before = outcome.reading, self.situation.goal
+        parse = reading.parse if reading is not None else None
+        goal, spec = situation.goal, situation.goal.plain_spec
+        lines = () if spec is not None else _marked(situation, outcome, before.parts)
+        return events.Parsed(
+            spec or (goal.structures[0].spec if goal.structures else StructureSpec()),
+            parse.confidence if parse else {},
+            parse.evidence if parse else {},
+            parse.parser if parse else "",
+            parse.dropped if parse else {},
+            objects_of(goal, situation.names),
+            situation.viewpoint,
+            parse.prompt_sha256 if parse else None,
+            reading.fallback if reading is not None else "",
+            seconds,
+            (before.structures[0].spec if before.structures else StructureSpec()) if before.parts else None,
+            goal.to_dict(),
+            lines,
+            situation.names,
+        )
 
     # --- questions --------------------------------------------------------------------
 
@@ -255,17 +193,21 @@ class Conversation(GoalTurns):
         return True
 
     def asks_for_nothing(self, text: str) -> bool:
-        """Return whether the parser finds no goal in a line, so that it may be a question."""
-        revision = self._revised_goal(text)
-        if revision.status != "refused":
-            return False
-        if revision.read is None and revision.plain is None or REFUSALS["idle"] in revision.message:
-            return True
-        # A correction that was not understood may ask for nothing on its own: "who won the match?"
-        return REFUSALS["idle"] in self._cache.interpreter(self.options.reading).interpret(text).message
+        """Return whether a line asks for nothing that can be built, so that it may be a question about the scene."""
+        return self._interpreter.interpret(text, self._objects()).nothing
 
     def _known(self) -> Knowledge:
         return Knowledge(
             self.look(), self.situation, self.question, self.example, self.table.held, self.table.fallen,
             self._cache.encoder, tuple(self.table.out_of_reach),
         )  # fmt: skip
+
+
+def _marked(situation: Situation, outcome: Outcome, before: Sequence[Part]) -> tuple[str, ...]:
+    """Return a line for each part; of a goal that was changed with a word for those that are new or changed."""
+    lines = tuple(describe_part(part, situation.names) for part in situation.spoken.parts)
+    kept = len(lines) - len(outcome.changed)
+    return tuple(
+        f"{line} ({'new' if number >= len(before) else 'changed'})" if kept and number in outcome.changed else line
+        for number, line in enumerate(lines)
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from agent.chat.knowledge import DECIDE, Knowledge, next_step
-from agent.chat.state import Build, Situation
+from agent.chat.state import Build, Situation, objects_of
 from agent.chat.table_facts import join_words, place_in_words, with_article
 from agent.rendering.text import number, place
 from agent.reporting.event_text import shortcoming
@@ -16,7 +16,7 @@ from grounding.spec import StructureSpec
 _OTHERS_SHOWN = 3  # candidates that an explanation compares
 
 
-def describe_goal(spec: StructureSpec, objects: Sequence[str]) -> str:
+def _describe_plain(spec: StructureSpec, objects: Sequence[str]) -> str:
     """Describe a goal, as in "a small circle of cup 1, cup 2 and cup 3 (left)"."""
     values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
     shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
@@ -24,12 +24,11 @@ def describe_goal(spec: StructureSpec, objects: Sequence[str]) -> str:
 
 
 def describe_wish(wish: Build | Situation) -> str:
-    """Describe what is wanted or was built: one structure, or the numbered parts."""
-    if wish.parts is None:
-        return describe_goal(wish.goal or StructureSpec(), wish.objects)
-    parts = wish.spoken_parts if isinstance(wish, Situation) else wish.parts
-    assert parts is not None  # they are there where those of the robot's side are
-    lines = [describe_part(part, wish.names) for part in parts.parts]
+    """Describe what is wanted or was built: one structure, or the numbered parts; from the speaker's side if known."""
+    goal = wish.spoken if isinstance(wish, Situation) else wish.goal
+    if (spec := goal.plain_spec) is not None:
+        return _describe_plain(spec, objects_of(goal, wish.names))
+    lines = [describe_part(part, wish.names) for part in goal.parts]
     return lines[0] if len(lines) == 1 else "; ".join(f"{number}. {line}" for number, line in enumerate(lines, start=1))
 
 
@@ -59,7 +58,7 @@ def describe_plan(act: Act, known: Knowledge) -> str:
     situation = known.situation
     if known.question is not None or situation.proposal is None or not situation.asked:
         return next_step(known) if known.question is not None else f"Nothing is planned. {next_step(known)}"
-    joint = ", " if situation.parts is None else " for: "
+    joint = ", " if situation.goal.plain_spec is not None else " for: "
     lines = [f"I propose candidate {situation.proposal.rank}{joint}{describe_wish(situation)}:"]
     about = {fact.name for fact in known.matching(act.about)} if act.kind == "next" and act.about else set()
     for goal in situation.proposal.chosen.goals:
@@ -93,9 +92,7 @@ def describe_remaining(act: Act, known: Knowledge) -> str:
     if known.question is not None or situation.proposal is not None:
         return f"Still to build: {what}. {next_step(known)}"
     last = situation.builds[-1] if situation.builds else None
-    if last is None or (last.goal, last.objects, last.parts) != (
-        situation.goal or StructureSpec(), situation.objects, situation.parts
-    ) or not last.moved:  # fmt: skip
+    if last is None or last.goal != situation.goal or not last.moved:
         return f"Still to build: {what}. “continue” proposes it again."
     if last.trouble:
         return f"{describe_build(last)} “continue” proposes it again."
@@ -116,10 +113,10 @@ def describe_build(build: Build) -> str:
 
 
 def _part_asked_for(number: int, situation: Situation) -> str:
-    parts = situation.spoken_parts
-    if parts is None or not 1 <= number <= len(parts.parts):
+    parts = situation.spoken.parts
+    if not 1 <= number <= len(parts):
         return f"There is no part {number}. You asked for {describe_wish(situation)}."
-    return f"Part {number}: {describe_part(parts.parts[number - 1], situation.names)}."
+    return f"Part {number}: {describe_part(parts[number - 1], situation.names)}."
 
 
 def requested(act: Act, known: Knowledge) -> str:

@@ -13,8 +13,10 @@ import shapely
 from agent.arm.grasps import can_be_grasped
 from agent.arm.placement_order import stands_above
 from agent.scenes.limits import MOST_OBJECTS
-from grounding.references.selection import SelectionError, select_objects
-from grounding.references.word_forms import plural
+from grounding.resolve.errors import ResolveError
+from grounding.resolve.goal import resolve_phrase
+from grounding.resolve.referents import Referents
+from grounding.resolve.word_forms import plural
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import eligible, layout_item
 from structdiffusion.evaluation_protocol import CLEARANCE
@@ -76,7 +78,7 @@ def suggestion(table: TableScene, scene: Scene) -> Suggestion | None:
             continue
         for text, spec in texts:
             said = text.format(these=these)
-            if _means(table, said, objects) and _fits(table, spec, objects):
+            if _means(table, these, objects) and _fits(table, spec, objects):
                 return Suggestion(said, spec, objects)
     return None
 
@@ -100,14 +102,14 @@ def _groups(table: TableScene) -> Iterator[tuple[tuple[str, ...], str, tuple[tup
         yield tuple(name for name, _ in there), "everything", _SEVERAL if len(there) >= _FEWEST_OF_A_KIND else _TWO
 
 
-def _means(table: TableScene, text: str, objects: tuple[str, ...]) -> bool:
+def _means(table: TableScene, words: str, objects: tuple[str, ...]) -> bool:
     gone = {*table.fallen, *table.out_of_reach}
-    there = [(name, words) for name, words in zip(table.names, table.display_names, strict=True) if name not in gone]
+    there = [(name, called) for name, called in zip(table.names, table.display_names, strict=True) if name not in gone]
     try:
-        selection = select_objects(text, [words for _, words in there])
-    except SelectionError:
+        found = resolve_phrase(words, Referents([called for _, called in there])).indices
+    except ResolveError:
         return False
-    return {there[index][0] for index in selection.indices} == set(objects)
+    return {there[index][0] for index in found} == set(objects)
 
 
 def _free(table: TableScene, scene: Scene, objects: tuple[str, ...]) -> bool:

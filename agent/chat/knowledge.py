@@ -23,7 +23,7 @@ from agent.chat.table_facts import (
 )
 from grounding.dialogue.acts import Act
 from grounding.parse_result import Question
-from grounding.references.word_forms import singular
+from grounding.resolve.word_forms import singular
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from agent.errors import UsageError
 from grounding.dialogue.acts import bare, is_question
-from grounding.references.function_words import FUNCTION_WORDS, GENERIC, NOT_OBJECTS
-from grounding.references.lexicon import ADJECTIVES, KINDS
-from grounding.references.object_names import UNKNOWN_CATEGORY, read_name
-from grounding.references.word_forms import singular
+from grounding.resolve.function_words import FUNCTION_WORDS, GENERIC, NOT_OBJECTS
+from grounding.resolve.lexicon import ADJECTIVES, KINDS
+from grounding.resolve.object_names import UNKNOWN_CATEGORY, read_name
+from grounding.resolve.word_forms import singular
 
 _COUNTED = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 _NUMBER = rf"(?:\d{{1,4}}|{'|'.join(_COUNTED)})"

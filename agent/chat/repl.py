@@ -14,9 +14,9 @@ from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
 from agent.chat.file_access import FileAccess
 from agent.chat.input import Lines
-from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option, is_yes_no
 from agent.chat.view import ChatScreen
 from agent.errors import DEFECT, DONE, NotWritten, UsageError, defect_sentence, exit_code_of, one_sentence
+from grounding.dialogue.answers import DECLINED, NO, YES, bare_words, is_yes_no
 
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
@@ -111,12 +111,15 @@ class Chat:
 
     def _stop_asking(self) -> None:
         if self._conversation.question is not None:
-            self._conversation.drop()
-            self._screen.note(_DROPPED)
+            self._drop_question()
         elif self._interrupts + 1 < _INTERRUPTS:
             self._screen.note("Ctrl-D or /quit ends")
         else:
             self._screen.note("Ctrl-C once more ends the chat, as Ctrl-D and /quit do")
+
+    def _drop_question(self) -> None:
+        self._conversation.drop()
+        self._screen.note(_DROPPED if self._conversation.situation.proposal is None else f"{_DROPPED}; {_UNCHANGED}")
 
     def _defect(self, error: Exception) -> str:
         """Write the traceback of a defect beside the session file. Return the message to show."""
@@ -181,26 +184,23 @@ class Chat:
         assert question is not None  # the caller has looked
         if said in NO:
             self._conversation.send(events.Commanded(line))
-            self._conversation.drop()
-            self._screen.note(_DROPPED)
-        elif (chosen := chosen_option(line, question)) is not None:
+            self._drop_question()
+        elif (option := self._conversation.option_of(line)) is not None:
             self._conversation.send(events.Commanded(line))
             self._screen.busy("proposing arrangements")
-            if self._conversation.answer(chosen[0]):
+            if self._conversation.answer(option):
                 self._proposed()
         elif said.isdecimal() or said in YES:
             raise UsageError(f"{line!r} is not an answer; legal: 1 to {len(question.options)}, or say it differently")
         else:
-            self._screen.busy("reading")
-            if not self._conversation.replied(line) and self._conversation.answer_in_words(line):
-                self._proposed()
+            self._say(line)
 
     def _decide(self, line: str) -> None:
         said = bare_words(line)
         if said in YES:
             self._conversation.send(events.Commanded(line))
             self._commands.build()
-        elif said in NO:
+        elif said in DECLINED:
             self._conversation.send(events.Commanded(line))
             self._conversation.drop()
             self._screen.note("nothing was moved; say what should be different")

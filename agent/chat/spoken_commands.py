@@ -56,13 +56,12 @@ WORDINGS: Mapping[str, str] = {
             |immediately|at once|the (build|building|arm|robot|proposal|plan|question)|what you are doing|moving\
             |building))*
         (do not|don't) (move|do (it|that|this|anything)|build( (it|that|this))?|go on)( any ?more| now)?
-        (never ?mind|nevermind)( (that|it|then|about (that|it)))?
         hold (on|it)|leave it( (be|alone|at that))?|leave it as it is
     """,
     "/clear": rf"""
         clear( ({_THAT}|(the|my|your) (goal|goals|request|instruction|plan|task|list)|all( the)? (goals|parts)))?
-        (forget|scrap|discard|dismiss|cancel|abandon)( about)? (it|that|this|everything|all|all of (it|that)\
-            |the whole thing|the (goal|plan|request|task)|my (goal|request|instruction)s?)( (i|we\
+        (forget|scrap|discard|dismiss|cancel|abandon)( about)? (it|everything|all|all of (it|that)\
+            |it all|the whole thing|the (goal|plan|request|task)|my (goal|request|instruction)s?)( (i|we\
             |that i) (have )?(said|asked( for)?|told you|wanted|want))?
         (forget|scrap|drop) what i (said|asked( for)?|told you|wanted)( so far| before)?
         (drop|delete|remove) (the|all|all the) (goal|goals|plan|parts|request)

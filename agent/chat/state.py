@@ -1,9 +1,9 @@
-"""Hold the state of a conversation: the goal, the objects that take part, all poses, and the proposal."""
+"""Hold the state of a conversation about a table: what was said, all poses, the proposal, and what was built."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,11 +12,11 @@ import numpy as np
 from agent import events
 from agent.pipeline.event_builders import chosen_event
 from agent.pipeline.table_goal import TableGoal
-from grounding.dialogue.revise import Revision
+from grounding.dialogue.state import Dialogue
+from grounding.edits.rules import Standing
 from grounding.goals.goal import Goal
-from grounding.parse_result import OPEN, WHICH_SHAPE
-from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
-from grounding.unsupported import CORNER, CORNERS
+from grounding.goals.parts import Part, StructurePart
+from grounding.spec import StructureSpec
 
 if TYPE_CHECKING:
     from structdiffusion.observation import Arrangement, Scene
@@ -27,30 +27,30 @@ class Proposal:
     """The ranked arrangements for a goal and the chosen one.
 
     Attributes:
-        spec: the goal in the world's frame.
+        goal: what was asked for, in the world's frame, with indices into the table's `original_names`.
+        wanted: what is planned of it: the slots of one structure, or parts over the observed objects.
         scene: the observation.
         proposed: the event with all arrangements.
         viable_count: the number of arrangements, best first, that are worth trying.
         rank: the rank of the chosen arrangement, from 1.
-        several: a goal of several parts in the world's frame; `None` for a single structure, which is in `spec`.
     """
 
-    spec: StructureSpec
+    goal: Goal
+    wanted: StructureSpec | TableGoal
     scene: Scene
     proposed: events.Proposed
     viable_count: int
     rank: int = 1
-    several: TableGoal | None = None
+
+    @property
+    def several(self) -> TableGoal | None:
+        """Return the parts that are planned; `None` for the slots of one structure."""
+        return self.wanted if isinstance(self.wanted, TableGoal) else None
 
     @property
     def chosen(self) -> events.Chosen:
         """Return the event of the choice."""
         return chosen_event(self.rank, self.proposed.arrangements[self.rank - 1], self.scene, self.several)
-
-    @property
-    def wanted(self) -> StructureSpec | TableGoal:
-        """Return the goal."""
-        return self.spec if self.several is None else self.several
 
     @property
     def ranks_to_try(self) -> list[int]:
@@ -63,18 +63,30 @@ class Proposal:
         return [self.proposed.arrangements[rank - 1] for rank in self.ranks_to_try]
 
     @cached_property
-    def realised(self) -> StructureSpec:
-        """Return the size, place and heading of the chosen arrangement in the world's frame, requested or not; all
-        unspecified for a goal of several parts.
+    def realised(self) -> tuple[Standing, ...]:
+        """Return the size, place and heading of each part of the goal in the chosen arrangement, requested or not, in
+        the world's frame; nothing where only some of the goal was planned.
         """
-        if self.several is not None:
-            return StructureSpec()
         from structdiffusion.completion.estimate import estimate, imagined_bodies
         from structdiffusion.protocol.slot_measurement import realised_spec
 
         seen = [estimate(cloud) for cloud in self.scene.objects]
         bodies = imagined_bodies(seen, self.proposed.arrangements[self.rank - 1].goal_from_initial)
-        return realised_spec(bodies, self.scene.table, self.spec.shape)
+        several = self.several
+        if several is None:
+            assert isinstance(self.wanted, StructureSpec)  # it is one or the other
+            return (Standing(realised_spec(bodies, self.scene.table, self.wanted.shape)),)
+        if len(several.goal.parts) != len(self.goal.parts):
+            return ()
+        place = {cloud.name: number for number, cloud in enumerate(self.scene.objects)}
+
+        def slots(part: Part) -> StructureSpec:
+            if not isinstance(part, StructurePart):
+                return StructureSpec()
+            own = [bodies[place[several.names[one]]] for one in part.objects or ()]  # type: ignore[index]
+            return realised_spec(own, self.scene.table, part.shape)
+
+        return tuple(Standing(slots(part)) for part in several.goal.parts)
 
 
 @dataclass(frozen=True)
@@ -82,21 +94,20 @@ class Build:
     """A build or an attempt at one.
 
     Attributes:
-        goal: the slots from the speaker's viewpoint.
-        objects: the names of the participants.
+        goal: what was wanted, in the world's frame.
+        names: of the objects by the goal's indices.
         before: name -> world_from_object (4, 4) of every object before the build.
         moved: the names of the objects that it moved.
         trouble: why it does not stand as asked; empty if it does.
-        parts, names: as in `Situation`.
+        stood: the parts that stood before it.
     """
 
-    goal: StructureSpec
-    objects: tuple[str, ...]
+    goal: Goal
+    names: tuple[str, ...]
     before: Mapping[str, np.ndarray]
     moved: tuple[str, ...]
     trouble: str
-    parts: Goal | None = None
-    names: tuple[str, ...] = ()
+    stood: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -104,102 +115,59 @@ class Situation:
     """The state of a conversation, to which "undo" can return.
 
     Attributes:
-        goal: the slots from the speaker's viewpoint; `None` before the first instruction.
-        objects: the names of the participants.
+        dialogue: what was said: the goal so far, in the world's frame, with its question and its history.
+        names: the table's `original_names`, to which the goal's indices refer.
         poses: name -> world_from_object (4, 4) of every object on the table.
         proposal: the pending proposal, if any.
-        viewpoint: whose left and right the goal means.
+        viewpoint: whose left and right is spoken of.
         shown: the last proposal, including one that was declined or built.
         missing: name -> why an object that was asked for takes no part.
         builds: the builds so far that were not put back, oldest first.
-        parts: a goal of several parts in the world's frame, with objects as indices into the table's `original_names`;
-            `None` if the goal is the single structure of `goal`.
-        names: the table's `original_names` if there are parts.
     """
 
-    goal: StructureSpec | None
-    objects: tuple[str, ...]
+    dialogue: Dialogue
+    names: tuple[str, ...]
     poses: Mapping[str, np.ndarray]
     proposal: Proposal | None = None
     viewpoint: str = "robot"
     shown: Proposal | None = None
     missing: Mapping[str, str] = field(default_factory=dict)
     builds: tuple[Build, ...] = ()
-    parts: Goal | None = None
-    names: tuple[str, ...] = ()
+
+    @property
+    def goal(self) -> Goal:
+        """Return what was asked for, in the world's frame."""
+        return self.dialogue.goal
+
+    @property
+    def spoken(self) -> Goal:
+        """Return what was asked for, from the speaker's viewpoint."""
+        return self.goal.turned() if self.viewpoint == "opposite" else self.goal
+
+    @property
+    def objects(self) -> tuple[str, ...]:
+        """Return the names of the objects that the goal names; all of them before anything was asked for."""
+        return objects_of(self.goal, self.names)
 
     @property
     def asked(self) -> bool:
         """Return whether anything was asked for."""
-        return self.goal is not None or self.parts is not None
+        return bool(self.goal.parts)
 
     @property
     def built(self) -> bool:
-        """Return whether the arm has built the last request successfully."""
-        last = self.builds[-1] if self.builds else None
-        if last is None or last.trouble or not last.moved:
-            return False
-        return (last.goal, last.objects, last.parts) == (self.goal or StructureSpec(), self.objects, self.parts)
+        """Return whether all that was asked for stands."""
+        return self.asked and len(self.dialogue.standing) == len(self.goal.parts)
 
     @property
-    def declined(self) -> bool:
-        """Return whether the last proposal is neither pending nor built."""
-        return self.proposal is None and self.shown is not None and not self.built
-
-    @property
-    def spoken_parts(self) -> Goal | None:
-        """Return the goal of several parts from the speaker's viewpoint."""
-        return self.parts.turned() if self.parts is not None and self.viewpoint == "opposite" else self.parts
-
-    @property
-    def stands(self) -> StructureSpec | None:
-        """Return the slots that the last proposal realises, from the speaker's viewpoint; `None` before the first one.
-        """
-        realised = self.shown and self.shown.realised
-        return realised.turned() if realised and self.viewpoint == "opposite" else realised
-
-    @property
-    def spec(self) -> StructureSpec | None:
-        """Return the goal in the world's frame."""
-        return self.goal.turned() if self.goal and self.viewpoint == "opposite" else self.goal
-
-    def seen_from(self, viewpoint: str) -> Situation:
-        """Return the same situation with its goal expressed from a viewpoint."""
-        if viewpoint == self.viewpoint:
-            return self
-        builds = tuple(replace(build, goal=build.goal.turned()) for build in self.builds)
-        return replace(self, goal=self.goal and self.goal.turned(), viewpoint=viewpoint, builds=builds)
+    def stands(self) -> tuple[Standing, ...]:
+        """Return what the last proposal of this goal realises of each part, in the world's frame."""
+        return self.shown.realised if self.shown is not None and self.shown.goal == self.goal else ()
 
 
-def apply_answer(spec: StructureSpec, slot: str, value: str | None) -> StructureSpec:
-    """Return the goal with an answer applied, without slots that the shape of the answer does not have."""
-    value = None if value == OPEN else value
-    if slot == CORNER:
-        x_position, y_position = CORNERS[value] if value else (None, None)
-        return replace(spec, x_position=x_position, y_position=y_position)
-    if slot != "shape":
-        return replace(spec, **{slot: value})
-    kept = {name: getattr(spec, name) for name in SLOTS_OF_SHAPE[value]}
-    return StructureSpec(value, **kept)
-
-
-def complete_spec(said: StructureSpec, before: StructureSpec) -> StructureSpec:
-    """Return the new goal, with open slots of its shape filled from the previous one."""
-    legal = ("shape", *SLOTS_OF_SHAPE[said.shape or before.shape])
-    values = {slot: getattr(said, slot) or getattr(before, slot) for slot in SLOTS}
-    return StructureSpec(**{slot: value for slot, value in values.items() if slot in legal})
-
-
-def with_a_shape(revision: Revision, last: StructureSpec) -> Revision:
-    """Return the revision, with a question for the shape if no shape is known yet.
-
-    Args:
-        revision: the revision.
-        last: the previous goal; all unspecified if there was none.
-    """
-    first_words = revision.kind == "edit" and last == StructureSpec()
-    if revision.status != "ok" or revision.spec.shape is not None:
-        return revision
-    if not first_words and revision.spec != StructureSpec():
-        return revision
-    return replace(revision, status="ask", question=WHICH_SHAPE)
+def objects_of(goal: Goal, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the objects that take part in a goal: all where a part takes what no other names."""
+    if not goal.parts or any(part.objects is None for part in goal.structures):
+        return names
+    named = set(goal.named_objects())
+    return tuple(name for index, name in enumerate(names) if index in named)

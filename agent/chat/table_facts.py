@@ -18,10 +18,12 @@ from agent.perception.description import oriented_box, shape_words
 from agent.rendering.text import place
 from agent.reporting.event_text import describe_object
 from grounding.dialogue.act_words import COLORS
-from grounding.references.function_words import ORDINALS
-from grounding.references.object_names import adjective, rivals
-from grounding.references.selection import SelectionError, select_objects
-from grounding.references.word_forms import plural, singular
+from grounding.resolve.errors import ResolveError
+from grounding.resolve.function_words import ORDINALS
+from grounding.resolve.goal import resolve_phrase
+from grounding.resolve.object_names import adjective, rivals
+from grounding.resolve.referents import Referents
+from grounding.resolve.word_forms import plural, singular
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -133,12 +135,12 @@ def matching_facts(about: str, facts: Sequence[Fact], encoder: SentenceEncoder |
     elif not words[-1].isdecimal():
         words[-1] = plural(singular(words[-1]))
     try:
-        selection = select_objects(f"put the {' '.join(words)}", [fact.display_name for fact in facts], encoder)
-    except SelectionError:
+        found = resolve_phrase(f"the {' '.join(words)}", Referents([fact.display_name for fact in facts], encoder))
+    except ResolveError:
         return []
     # Without a known noun or a word that distinguishes objects, the phrase would match every object.
-    telling = selection.named or len(selection.indices) < len(facts) or not unknown_adjectives(about, facts)
-    return [facts[index] for index in selection.indices] if telling else []
+    telling = found.nouns or len(found.indices) < len(facts) or not unknown_adjectives(about, facts)
+    return [facts[index] for index in found.indices] if telling else []
 
 
 def unknown_adjectives(about: str, facts: Sequence[Fact]) -> list[str]:

@@ -17,6 +17,7 @@ from agent.event_base import Event, Listener, send
 from agent.pipeline.event_builders import perceived_event
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
+from grounding.dialogue.state import Dialogue, decline, forget
 from grounding.goals.description import describe_part
 from grounding.parse_result import Question
 
@@ -39,12 +40,10 @@ class TableSession:
         source: the source of the table.
         table: the table.
         situation: the state of the conversation.
-        question: the unanswered question, or `None`.
     """
 
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
         self.options, self._cache, self.listeners = options, cache, listeners
-        self.question: Question | None = None
         self._history = History()
         self.source, self.table = self._set_out(options)
         self._start = self.situation = self._fresh()
@@ -64,8 +63,16 @@ class TableSession:
         return source, source.set_out(options.seed)
 
     def _fresh(self) -> Situation:
-        poses = self.table.poses()
-        return Situation(None, self.table.names, poses, viewpoint=self.options.reading.viewpoint)
+        viewpoint = self.options.reading.viewpoint
+        return Situation(Dialogue(), self.table.original_names, self.table.poses(), viewpoint=viewpoint)
+
+    @property
+    def question(self) -> Question | None:
+        """Return the unanswered question, or `None`."""
+        return self.situation.dialogue.question
+
+    def _close_question(self) -> None:
+        self.situation = replace(self.situation, dialogue=decline(self.situation.dialogue))
 
     def send(self, event: Event) -> None:
         """Send an event to every listener."""
@@ -119,8 +126,11 @@ class TableSession:
         last = next((number for number in reversed(range(len(builds))) if builds[number].moved), None)
         if last is None:
             raise UsageError("nothing was built, so there is nothing to put back")
-        before = builds[last].before
-        self._return_to("put back", replace(self.situation, poses=before, proposal=None, builds=builds[:last]))
+        now, build = self.situation, builds[last]
+        standing = frozenset(n for n, part in enumerate(now.goal.parts) if part in build.stood)
+        dialogue = replace(now.dialogue, standing=standing)
+        before = replace(now, dialogue=dialogue, poses=build.before, proposal=None, builds=builds[:last])
+        self._return_to("put back", before)
 
     def reset(self) -> None:
         """Restore the table of the start and drop the goal. Can be undone; says so where there is nothing to restore."""
@@ -133,7 +143,7 @@ class TableSession:
 
     def _return_to(self, how: str, situation: Situation) -> None:
         self._remember(situation)
-        self.question = None
+        self._close_question()
         moved = self.table.put_back(situation.poses)
         self.table.involve(situation.objects)
         self.send(_restored(how, situation, moved))
@@ -143,9 +153,9 @@ class TableSession:
         if not self.situation.asked and self.question is None:
             self.send(events.Noted("there is no goal to drop; say what to build"))
             return
-        self.question = None
-        start, viewpoint = self._start, self.options.reading.viewpoint
-        self._remember(replace(start, poses=self.table.poses(), builds=self.situation.builds, viewpoint=viewpoint))
+        now = self.situation
+        said = forget(now.dialogue)
+        self._remember(replace(now, dialogue=said, poses=self.table.poses(), proposal=None, shown=None, missing={}))
         self.table.involve(self.situation.objects)
         self.send(events.Noted("the goal is dropped, and the table stays as it is; say what to build"))
 
@@ -162,16 +172,18 @@ class TableSession:
     def _go_to(self, how: str, situation: Situation | None) -> None:
         if situation is None:
             raise UsageError(f"there is nothing to {how}")
-        self.situation = situation.seen_from(self.options.reading.viewpoint)
-        self.question = None
+        self.situation = replace(situation, viewpoint=self.options.reading.viewpoint)
+        self._close_question()
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
         self.send(_restored(how, self.situation, moved))
 
     def drop(self) -> None:
-        """Forget the proposal or the question; the goal stays, so that it can be corrected."""
-        self.question = None
-        self.situation = replace(self.situation, proposal=None)
+        """Forget the question, or else the proposal; the goal stays, so that it can be corrected."""
+        if self.question is not None:
+            self._close_question()
+        else:
+            self.situation = replace(self.situation, proposal=None)
 
     # --- the table ---------------------------------------------------------------------------
 
@@ -195,7 +207,7 @@ class TableSession:
         source, table = self._set_out(options)
         self.table.world.close()
         self.options, self.source, self.table = options, source, table
-        self._history, self.question = History(), None
+        self._history = History()
         self._start = self.situation = self._fresh()
 
     def save(self, path: Path) -> None:
@@ -209,8 +221,8 @@ class TableSession:
         write_scene(self.source.saved(self.table, path.parent), path, "structagent chat")
 
     def speak_from(self, viewpoint: str) -> None:
-        """Set whose left and right is meant, and convert the present goal."""
-        self.situation = self.situation.seen_from(viewpoint)
+        """Set whose left and right is meant; the present goal stays."""
+        self.situation = replace(self.situation, viewpoint=viewpoint)
         self.options = replace(self.options, reading=replace(self.options.reading, viewpoint=viewpoint))
 
     def read_with(self, parser: str) -> None:
@@ -223,6 +235,6 @@ class TableSession:
 
 
 def _restored(how: str, situation: Situation, moved: tuple[str, ...]) -> events.Restored:
-    parts = situation.spoken_parts
-    lines = () if parts is None else tuple(describe_part(part, situation.names) for part in parts.parts)
-    return events.Restored(how, situation.goal, situation.objects, moved, lines)
+    spec = situation.spoken.plain_spec
+    lines = () if spec is not None else tuple(describe_part(part, situation.names) for part in situation.spoken.parts)
+    return events.Restored(how, spec, situation.objects, moved, lines)

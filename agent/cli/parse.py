@@ -154,12 +154,18 @@ def parse_instructions(
 
 
 def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
+    from grounding.sentences import GOAL  # a command answers --help before numpy is there
+
     lines = [f"“{goal.parse.text}”"]
     if goal.status == "defect":
         return "\n".join([*lines, "  not read"])
     if goal.status == "refused":
         meant = (describe_parts(one.parts, names) for one in goal.suggestions)
         return "\n".join([*lines, "  refused", *(f"  {'may mean':<11} {one}" for one in meant)])
+    if goal.question is not None:
+        options = enumerate(goal.question.options, start=1)
+        listed = (f"  {f'option {place}':<11} {one}" for place, one in options)
+        return "\n".join([*lines, f"  {'question':<11} {goal.message}", *(listed if goal.question.slot == GOAL else ())])
     several = bool(goal.goal.parts) and goal.goal.plain_spec is None
     if several:
         lines += [
@@ -177,5 +183,5 @@ def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
     if goal.viewpoint != "robot":
         lines.append(f"  {'viewpoint':<11} {goal.viewpoint}")
     if goal.message:
-        lines.append(f"  {'question' if goal.status == 'ask' else 'note':<11} {goal.message}")
+        lines.append(f"  {'note':<11} {goal.message}")
     return "\n".join(lines)

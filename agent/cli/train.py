@@ -11,7 +11,17 @@ import typer
 
 from agent.cli.options import SeedOption
 from agent.runtime.output_paths import check_file, check_folder
-from agent.training.parsers import GOAL_LEARNING_RATE, GOAL_STEPS, LLM_LEARNING_RATE, LLM_STEPS, PARSER_SENTENCES
+from agent.training.parsers import (
+    CORRECTIONS,
+    DROPOUT,
+    GOAL_LEARNING_RATE,
+    GOAL_STEPS,
+    LLM_LEARNING_RATE,
+    LLM_STEPS,
+    PARSER_SENTENCES,
+    VERIFIER_LEARNING_RATE,
+    VERIFIER_STEPS,
+)
 from agent.training.recipes import RECIPES, SEGMENTATION, SEGMENTATION_VIEWS, TITLES
 
 train_app = typer.Typer(rich_markup_mode=None)
@@ -28,19 +38,12 @@ class Precision(str, Enum):
     bfloat16 = "bfloat16"
 
 
-class BaseNetwork(str, Enum):
-    """A shipped network from which another one can be stored as a difference."""
-
-    embedding = "embedding"
-    goals = "goals"
-
-
 @train_app.callback()
 def _train() -> None:
-    """Train a pose generator, a discriminator, a parser or the segmentation network.
+    """Train a pose generator, a discriminator, a network of language or the segmentation network.
 
     Generators and discriminators are trained on the data of `structagent generate`; the same command resumes a run that
-    was stopped. Parsers are trained on sentences of the included corpus, the segmentation network on synthetic tables.
+    was stopped. Networks of language are trained on included sentences, the segmentation network on synthetic tables.
 
     Example: structagent train diffusion --data data/train --out runs/diffusion
     """
@@ -175,37 +178,62 @@ def train_goals(
     corrections: Annotated[
         float,
         typer.Option(metavar="SHARE", min=0.0, max=1.0, help="Share of the tasks that are corrections of a goal."),
-    ] = 0.0,
-    difference_to: Annotated[
-        BaseNetwork | None,
-        typer.Option(help="Store the difference to a shipped network only; by default all weights."),
-    ] = None,
-    kept: Annotated[
-        float,
-        typer.Option(metavar="SHARE", min=0.0, max=1.0, help="Share of the --start network in the final weights."),
-    ] = 0.0,
+    ] = CORRECTIONS,
     dropout: Annotated[
-        float, typer.Option(metavar="SHARE", min=0.0, max=0.9, help="Share of the values that are left out in each step.")
-    ] = 0.1,
+        float,
+        typer.Option(metavar="SHARE", min=0.0, max=0.9, help="Share of the values that are left out in each step."),
+    ] = DROPOUT,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:
-    """Train the network that reads goals of several parts, or corrections of goals.
+    """Train the network that reads instructions and corrections.
 
-    It reads what the grammar cannot. Training takes about an hour and a half on one core; the weights are written every
-    three minutes, and the loss on instructions and corrections that are never trained on is printed every two hundred
-    steps.
+    It writes the goals that the verifier judges. Training takes about an hour and a half on one core. The weights are
+    written every three minutes: `--start` goes on from them. The loss on instructions, and on corrections, that are
+    never trained on is printed every two hundred steps.
 
     Example: structagent train goals --out runs/goal_network
 
-    Example: structagent train goals --start grounding/weights/goal_network --corrections 0.85 --difference-to goals
-    --out runs/correction_network
+    Example: structagent train goals --start grounding/weights/goal_network --steps 600 --learning-rate 3e-4
+    --out runs/further
     """
     check_folder(out)
     from agent.training.parsers import train_goal_network
 
-    base = None if difference_to is None else difference_to.value
-    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, base, kept, dropout)
+    train_goal_network(out, steps, start, learning_rate, seed, threads, corrections, dropout)
+
+
+@train_app.command("verifier")
+def train_verifier(
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for config.json, model.safetensors and proposals.jsonl.")
+    ],
+    steps: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Optimiser steps, each on 48 goals beside texts.")
+    ] = VERIFIER_STEPS,
+    start: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Verifier to start from; by default the goal network's layers.")
+    ] = None,
+    network: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Goal network that proposes goals; by default the shipped one.")
+    ] = None,
+    learning_rate: Annotated[float, typer.Option(metavar="X", help="Peak learning rate.")] = VERIFIER_LEARNING_RATE,
+    seed: SeedOption = 0,
+    threads: ThreadsOption = 1,
+) -> None:
+    """Train the verifier, which judges proposed goals.
+
+    The goal network proposes goals for all labelled texts, the verifier is trained on them, and the weights of its
+    probability are fitted on texts that no network was trained on. The same command goes on where the proposals were
+    stopped; the weights are written every hundred steps, and `--start` goes on from them. At the end the log loss on
+    texts that were left out is printed.
+
+    Example: structagent train verifier --network runs/goal_network --out runs/verifier
+    """
+    check_folder(out)
+    from agent.training.parsers import train_verifier as train
+
+    train(out, steps, start, learning_rate, seed, threads, network)
 
 
 @train_app.command("segmentation")

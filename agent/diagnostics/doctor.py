@@ -131,8 +131,9 @@ def _parts(configured: dict[str, Any], root: Path, keyless: bool) -> list[_Part]
         _Part("language", "local model", "llm", reads and not url, smollm),
     ]
     if url:
-        repair = f"start the server, or set {KEY_VARIABLE} or STRUCTAGENT_LLM_URL"
-        parts.append(_Part("language", "endpoint", f"{'keyless-' if keyless else ''}endpoint {url}", reads, repair))
+        repair = f"start the server, or set {KEY_VARIABLE}, STRUCTAGENT_LLM_URL or STRUCTAGENT_LLM_MODEL"
+        task = f"{'keyless-' if keyless else ''}endpoint {url} {configured.get('llm_model') or ''}".rstrip()
+        parts.append(_Part("language", "endpoint", task, reads, repair))
     parts += [
         _Part("simulation", "physics", "physics", True, _pip(Requirement("pybullet"), "--force-reinstall")),
         _Part("simulation", "objects", "objects", configured.get("objects", "ycb") == "ycb", objects),

@@ -10,11 +10,13 @@ import json
 import os
 import re
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 _LIBRARY = re.compile(r"(lib[\w.+-]+\.so[\w.]*): cannot open shared object")
 _SENTENCE = "put the cups in a small circle on the left"
+_ANSWER_SECONDS = 60.0  # a model that is loaded at its first question takes half a minute
 
 
 class NotUsable(Exception):
@@ -102,32 +104,31 @@ def _llm(_: str) -> str:
     return f"{DEFAULT_NAME}, converted in {folder} ({count} tensors)"
 
 
-def _keyless_endpoint(url: str) -> str:
-    return _endpoint(url, send_key=False)
+def _keyless_endpoint(address: str) -> str:
+    return _endpoint(address, send_key=False)
 
 
-def _endpoint(url: str, send_key: bool = True) -> str:
-    import httpx
+def _endpoint(address: str, send_key: bool = True) -> str:
+    """Ask the language model for the goal of one sentence; `address` is its URL, and its name there after a blank."""
+    from grounding.goals.goal import Goal
+    from grounding.language_model.goal_model import GoalModel
+    from grounding.parsers.llm_endpoint import EndpointLLM
+    from grounding.parsers.llm_reply import LLMError
 
-    from grounding.parsers.llm_endpoint import key_variable
-    from grounding.parsers.llm_exchange import why_not
-
-    base = url.rstrip("/").removesuffix("/chat/completions")
-    variable = key_variable(url) if send_key else None
-    key = os.environ[variable].strip() if variable else ""
-    headers = {"Authorization": f"Bearer {key}"} if key else {}
+    url, _, name = address.partition(" ")
     try:
-        # A stream, because only the status is of interest; what a server may send has no end.
-        with httpx.stream("GET", f"{base}/models", headers=headers, timeout=10.0, follow_redirects=False) as response:
-            status = response.status_code
-    except (httpx.HTTPError, httpx.InvalidURL, ValueError) as error:  # its message could hold the key
-        reason, kind = why_not(error), type(error).__name__
-        raise NotUsable(f"{base} {reason}" + (f" ({kind})" if kind not in reason else "")) from error
-    if status in (401, 403):
-        raise NotUsable(f"{base} wants {'another' if key else 'a'} key (status {status})")
-    if status >= 500 or 300 <= status < 400:
-        raise NotUsable(f"{base} answers with status {status}")
-    return f"{base} answers, {'with a key from the environment' if key else 'without a key'}"
+        endpoint = EndpointLLM(url, name or "default", answer_seconds=_ANSWER_SECONDS, send_key=send_key)
+        model, started = GoalModel(endpoint), time.perf_counter()
+        reply = model.read(_SENTENCE, ["cup", "cup 2", "cup 3", "plate"])
+    except LLMError as error:
+        raise NotUsable(str(error)) from None  # what caused it could hold the key
+    seconds = time.perf_counter() - started
+    part = {"kind": "structure", "shape": "circle", "size": "small", "x_position": "left", "objects": [0, 1, 2]}
+    schema = "with the JSON schema" if model.takes_schema else "without the JSON schema, which it refuses"
+    if reply.goal is None or reply.goal.canonical() != Goal.from_dict({"parts": [part]}):
+        read = reply.goal or f"{reply.decision}: {reply.question or reply.reason}"
+        raise NotUsable(f"{model.identity} answers {schema} in {seconds:.1f} s, but reads {_SENTENCE!r} as '{read}'")
+    return f"{model.identity} reads {_SENTENCE!r} {schema} in {seconds:.1f} s"
 
 
 def _gpu(_: str) -> str:

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.errors import defect_sentence, is_defect
 from agent.evaluation.rows import Row
-from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
+from agent.evaluation.slot_reading import slot_reader
+from agent.pipeline.instruction_parser import ReadingOptions
+from agent.pipeline.reading_alone import itself, read_alone
 from grounding import benchmark
+from grounding.benchmark import five_slots
 from grounding.corpus.grammar import sentences
-from grounding.interpreter import Interpreter
-from grounding.parse_result import DEFECT, Parse
+from grounding.parse_result import Parse
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import SLOTS, SpecError, StructureSpec
 
@@ -78,10 +79,11 @@ def read_instructions(
     building = [(number, row) for number, row in rows if not row.refuse]
     left_out = {REFUSED: len(rows) - len(building), NO_STRUCTURE: 0}
     encoder = SentenceEncoder()
-    interpreter = make_interpreter(options, encoder, strict=True)
+    reader = slot_reader(options, encoder)
     instructions = []
     for number, row in building:
-        parse = _parsed(interpreter, row.text)
+        (read,) = read_alone(reader, [row.text], None, itself)  # the other sentences are read all the same
+        parse = five_slots(read.parse, read.status, read.goal, read.choices)
         truth = true_slots(row, parse.spec if parse.status == "ok" else None)
         if truth is None or not truth.tokens():
             left_out[NO_STRUCTURE] += 1
@@ -91,15 +93,6 @@ def read_instructions(
             embeddings = [encoder.encode([text])[0] for text in texts]
             instructions.append(Instruction(number, row, truth, parse, *embeddings))
     return instructions, left_out
-
-
-def _parsed(interpreter: Interpreter, text: str) -> Parse:
-    try:
-        return interpreter.parse(text)
-    except Exception as error:  # the other sentences are read all the same
-        if not is_defect(error):
-            raise
-        return Parse(text, StructureSpec(), interpreter.name, DEFECT, defect_sentence(error))
 
 
 def true_slots(row: benchmark.Row, parsed: StructureSpec | None) -> StructureSpec | None:

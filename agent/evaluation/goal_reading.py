@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from agent.evaluation.report import interval, percent, print_table
-from agent.pipeline.reading_alone import read_alone
+from agent.pipeline.reading_alone import itself, read_alone
 from agent.rendering.text import number
 from grounding.benchmark import rate
 from grounding.goal_benchmark.rows import GoalRow, free_goal_rows, goal_scenes, load_goal_rows
@@ -50,7 +50,7 @@ def measure_goal_reading(
         objects = None if scene is None else goal_scenes()[scene]
         for start in range(0, len(own), 64):
             chunk = own[start : start + 64]
-            found = read_alone(interpreter, [rows[i].text for i in chunk], objects, _with_suggestions)
+            found = read_alone(interpreter, [rows[i].text for i in chunk], objects, itself)
             defects |= defects_of(found)
             for i, reading in zip(chunk, found, strict=True):
                 readings[i] = reading
@@ -62,7 +62,7 @@ def measure_goal_reading(
         reading.seconds
         for row in rows[::every][:TIMED]
         for reading in read_alone(
-            interpreter, [row.text], None if row.scene is None else goal_scenes()[row.scene], _with_suggestions
+            interpreter, [row.text], None if row.scene is None else goal_scenes()[row.scene], itself
         )
     ]
     own = [is_exact_reading(row, one) for row, one in zip(rows, read, strict=True) if one.by_model]
@@ -70,11 +70,6 @@ def measure_goal_reading(
         **score_goals(rows, read), "by_model": rate(sum(own), len(own)),
         "seconds_warm": statistics.median(single), "seconds_warm_most": max(single),
     }  # fmt: skip
-
-
-def _with_suggestions(reading: Interpretation) -> Interpretation:
-    _ = reading.suggestions  # found where they are asked for, and kept
-    return reading
 
 
 def defects_of(readings: Sequence[Interpretation]) -> dict[str, str]:
@@ -85,7 +80,7 @@ def defects_of(readings: Sequence[Interpretation]) -> dict[str, str]:
 def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO) -> None:
     """Print the tables of goals: a row per parser and set, then one per stratum; rates in percent.
 
-    "with answer" counts a refusal too that suggests the right goal; "own" is the number of readings that are a language model's own, and "own exact" the share of exact ones of them.
+    "with answer" counts a refusal that suggests the right goal, and a question that offers it, too; "own" is the number of readings that are a language model's own, and "own exact" the share of exact ones of them.
     """
     head = ["parser", "goals", "n", "exact", "95 %", "false fills", "wrong keys", "false parts", "dropped parts"]
     head += ["refusal P", "refusal R", "refused", "asked", "built wrongly", "with answer", "warm ms", "own", "own exact"]

@@ -11,27 +11,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO, TypeVar
+from typing import Any, TextIO, TypeVar
 
 from rich.progress import Progress
 
 import grounding
 from agent.evaluation.goal_reading import defects_of, goal_rows, measure_goal_reading, print_goal_reading
 from agent.evaluation.report import command_line, interval, percent, print_footer, print_table, report_frame
+from agent.evaluation.slot_reading import SlotReader, slot_reader
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
-from agent.pipeline.reading_alone import read_alone
+from agent.pipeline.reading_alone import Reads, itself, read_alone
 from agent.rendering.text import number
 from agent.runtime.output_ownership import mark, own_folder
 from agent.runtime.redaction import without_credentials
 from agent.runtime.terminal_text import console_on
 from grounding.benchmark import Row, five_slots, free_rows, load_rows, rate, score, templated_rows
-from grounding.parsers.sentence_encoder import SentenceEncoder
-from grounding.references.selection import SelectionError, select_objects
 from grounding.spec import SLOTS
-
-if TYPE_CHECKING:
-    from grounding.interpretation import Interpretation
-    from grounding.interpreter import Interpreter
 
 T = TypeVar("T")
 SHIPPED: Mapping[str, Callable[[], list[Row]]] = {"templated": templated_rows, "free": free_rows}
@@ -60,17 +55,18 @@ def measure_parsing(
     defects: dict[str, str] = {}  # text -> sentence
     with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
         for kind in parsers:
-            interpreter = make_interpreter(replace(options, parser=kind), strict=True)
+            reading = replace(options, parser=kind)
+            interpreter, slots = make_interpreter(reading, strict=True), slot_reader(reading)
             parser = _label(kind, options.encoder)
             started = time.perf_counter()
-            interpreter.interpret("put the cups in a circle")
+            (slots if sets else interpreter).interpret_many(["put the cups in a circle"], None)
             cold = time.perf_counter() - started
             for name, rows in sets.items():
                 task = progress.add_task(f"{parser}, {name}", total=len(rows))
                 evaluations.append(
                     {"parser": parser, "data": name, "rows": len(rows)}
                     | _measured(
-                        interpreter, rows, lambda done, task=task: progress.update(task, completed=done), defects
+                        slots, rows, lambda done, task=task: progress.update(task, completed=done), defects
                     )
                     | {"seconds_cold": cold}
                 )
@@ -111,39 +107,34 @@ def thinned(rows: Sequence[T], limit: int | None) -> Sequence[T]:
 
 
 def _measured(
-    interpreter: Interpreter, rows: Sequence[Row], progress: Callable[[int], None], defects: dict[str, str]
+    interpreter: Reads, rows: Sequence[Row], progress: Callable[[int], None], defects: dict[str, str]
 ) -> dict[str, Any]:
     texts = [row.text for row in rows]
     every = max(1, len(texts) // TIMED)
-    single = [read_alone(interpreter, [text], None, _itself)[0].seconds for text in texts[::every][:TIMED]]
+    single = [read_alone(interpreter, [text], None, itself)[0].seconds for text in texts[::every][:TIMED]]
     parses, seconds = [], 0.0
     for start in range(0, len(texts), 256):
-        found = read_alone(interpreter, texts[start : start + 256], None, _itself)
+        found = read_alone(interpreter, texts[start : start + 256], None, itself)
         defects |= defects_of(found)
         seconds += sum(one.seconds for one in found)
-        parses += [five_slots(one.parse, one.status, one.goal) for one in found]
+        parses += [five_slots(one.parse, one.status, one.goal, one.choices) for one in found]
         progress(len(parses))
-    selecting = [row for row in rows if row.objects is not None]
-    encoder = SentenceEncoder()
+    selecting = [] if isinstance(interpreter, SlotReader) else [row for row in rows if row.objects is not None]
     return {
         "prompt_sha256": parses[0].prompt_sha256,
         **score(rows, parses),
-        "objects": rate(sum(_selected(row, encoder) == row.objects for row in selecting), len(selecting)),
+        "objects": rate(sum(_selected(row, interpreter) == row.objects for row in selecting), len(selecting)),
         "seconds_warm": statistics.median(single),
         "seconds_warm_most": max(single),
         "instructions_per_second": len(texts) / seconds,
     }
 
 
-def _itself(reading: Interpretation) -> Interpretation:
-    return reading
-
-
-def _selected(row: Row, encoder: SentenceEncoder) -> tuple[int, ...] | None:
-    try:
-        return select_objects(row.text, row.scene, encoder).indices
-    except SelectionError:
-        return None
+def _selected(row: Row, interpreter: Reads) -> tuple[int, ...] | None:
+    goal = interpreter.interpret_many([row.text], row.scene)[0].goal
+    if any(part.objects is None for part in goal.structures):
+        return tuple(range(len(row.scene)))
+    return tuple(sorted(goal.named_objects())) or None
 
 
 def print_parsing(report: Mapping[str, Any], results: TextIO) -> None:

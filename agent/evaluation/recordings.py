@@ -53,7 +53,8 @@ from agent.runtime.worker_pool import Workforce
 from agent.scenes.digital_twin import RecordedSource
 from agent.scenes.files import SceneFileError
 from grounding.corpus.grammar import sentences
-from grounding.references.selection import mentioned
+from grounding.resolve.tokens import words_of
+from grounding.resolve.word_forms import FORMS
 from grounding.spec import SHAPES
 from structdiffusion.data.scene_sampling import SceneError, draw_scene, full_spec
 from structdiffusion.objects.libraries import load_objects
@@ -188,7 +189,7 @@ def _compare_runs(options: RunOptions, cache: ResourceCache, job: RecordingJob) 
     """Record one scene, perceive it, and build it in simulation and on the recording; return its row."""
     drawn, seed = job.drawn, job.seed * 10_000 + job.number
     options = replace(options, seed=seed)
-    wordings = [words for words in sentences(drawn.spec) if not mentioned(words)]
+    wordings = [words for words in sentences(drawn.spec) if FORMS.keys().isdisjoint(words_of(words))]
     words = wordings[job.number % len(wordings)]
     row: Row = {
         "structure": job.structure,

@@ -14,7 +14,6 @@ from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
 from agent.chat.explanations import describe_wish
 from agent.chat.preloading import Preloading
-from agent.chat.spoken_answers import NO, YES, bare_words, chosen_option
 from agent.errors import DONE, AgentError, NotBuildable, UsageError
 from agent.event_base import Event, json_value, kind_of
 from agent.mcp.plans import Plan, PlanLedger
@@ -42,6 +41,7 @@ from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
 from agent.runtime.output_ownership import OwnFolder
+from grounding.dialogue.answers import NO, YES, bare_words
 from grounding.goals.description import describe_part, describe_parts
 
 SESSION, PAGE = "session.jsonl", "report.html"
@@ -198,7 +198,7 @@ class SharedTable:
             self.plans.drop_all("objects have had other names since")
             offered = talk.situation.proposal is not None
             return self._proposal("answered", self._last(events.Answered).answer, offered), []
-        chosen = chosen_option(line, talk.question) if talk.question is not None else None
+        chosen = talk.option_of(line)
         if chosen is None and bare_words(line) in (*YES, *NO):
             raise UsageError(
                 f"{line!r} asks for nothing; call build with a plan_id to build, or stop to drop what is open"
@@ -206,11 +206,7 @@ class SharedTable:
         if chosen is None and talk.replied(line):
             return self._proposal("answered", answer=self._last(events.Answered).answer), []
         self._begin_anew("something else was asked for since")
-        if chosen is not None:
-            done = talk.answer(chosen[0])
-        else:
-            done = talk.say(line) if talk.question is None else talk.answer_in_words(line)
-        return self._proposed(done, job)
+        return self._proposed(talk.say(line) if chosen is None else talk.answer(chosen), job)
 
     def propose_again(self, job: Job, seed: int | None = None) -> tuple[ProposeResult, list[bytes]]:
         """Propose other arrangements of what was asked for last, the best of which differs visibly from those shown.

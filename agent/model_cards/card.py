@@ -23,7 +23,7 @@ LARGEST_JSON = 20_000_000  # bytes of a report of an evaluation: one of thousand
 Facts = dict[str, Any]
 _FACTS = ("name", "family", "parameters", "files", "training", "results")
 _RECORDED = ("steps", "seconds", "losses", "sessions", "files")
-_NOT_OF_TRAINING = ("keywords", "encoder_layer", "taught_words", "difference_to")  # in a goal network's config
+_NOT_OF_TRAINING = ("keywords", "encoder_layer", "difference_to", "weights")  # in a network's config
 _SAID_ELSEWHERE = ("schema", "kind", "parameters", "files")  # of a training's record, in the card
 
 
@@ -61,7 +61,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
         training = _complete(_json(run / RECORD), _RECORDED, run / RECORD)
         if training["files"] != files_of(network):
             raise BadInput(f"{run / RECORD} is of other weights than those in {network.folder}; copy them there first")
-    elif network.family in ("embedding", "goals", "corrections", "llm", "llm_goals"):
+    elif network.family in ("embedding", "goals", "verifier", "llm", "llm_goals"):
         training = _parser_training(network)
     if reports:
         results = [_result(network, path) for path in reports]
@@ -134,7 +134,7 @@ def _parameters(path: Path) -> int:
 
 def _parser_training(network: Network) -> Facts:
     """Read what a parser's trainer wrote beside the weights, or into them."""
-    if network.family in ("goals", "corrections"):
+    if network.family in ("goals", "verifier"):
         config = _json(network.folder / network.files[0])
         return {name: value for name, value in config.items() if name not in _NOT_OF_TRAINING}
     if network.family == "embedding":

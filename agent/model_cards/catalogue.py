@@ -24,8 +24,8 @@ FAMILIES: Mapping[str, str] = {
     "structure": "judges whether an arrangement is what was asked for",
     "collision": "judges whether two objects intersect",
     "embedding": "reads instructions",
-    "goals": "reads instructions of several parts",
-    "corrections": "reads corrections of goals",
+    "goals": "proposes goals for what is said",
+    "verifier": "judges whether a goal holds all that was said",
     "llm": "reads instructions: adapter of a language model",
     "llm_goals": "writes goals of several parts: adapter of a language model",
     "segmentation": "tells objects apart in depth pictures",
@@ -78,7 +78,7 @@ def networks(weights: Path | None = None) -> dict[str, Network]:
     if weights is None:
         found["embedding"] = Network("embedding", "embedding", PARSERS, card="embedding_card")
         found["goals"] = Network("goals", "goals", PARSERS / "goal_network")
-        found["corrections"] = Network("corrections", "corrections", PARSERS / "correction_network")
+        found["verifier"] = Network("verifier", "verifier", PARSERS / "verifier")
         found["llm"] = Network("llm", "llm", PARSERS, ("llm_adapter.safetensors",), "llm_card")
         found["llm_goals"] = Network(
             "llm_goals", "llm_goals", PARSERS, ("llm_goal_adapter.safetensors",), "llm_goals_card"

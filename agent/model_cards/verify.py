@@ -15,6 +15,7 @@ from agent.model_cards.catalogue import CONFIG, Network
 if TYPE_CHECKING:
     import torch
 
+    from grounding.verify.verifier import Verifier
     from structdiffusion.models.checkpoint import Checkpointed
 
 _BATCH, _OBJECTS, _WORDS = 2, 5, 7  # of the fake inputs
@@ -158,6 +159,41 @@ def _goal_network_answer(network: Network) -> str:
     return _sound(torch.from_numpy(scores), (len(KEYWORDS) + 2 * len(words),))
 
 
+def _verifier(network: Network) -> str:
+    import torch
+
+    state = _loaded_verifier(network).state
+    return _finite({name: torch.from_numpy(array) for name, array in state.items()}, network)
+
+
+def _verifier_answer(network: Network) -> str:
+    """Judge the goal of one sentence, and compute its probability."""
+    import torch
+
+    from grounding.decide import Candidate, decide
+    from grounding.goals.goal import Goal
+    from grounding.goals.parts import StructurePart
+    from grounding.propose.proposal import Proposal
+    from grounding.verify.verifier import pair_of
+
+    verifier, goal = _loaded_verifier(network), Goal((StructurePart("circle", "small", "left"),))
+    pair = pair_of(_SENTENCE, goal, ())
+    (judged,) = verifier.judge([pair])
+    try:
+        probability = decide([Candidate(Proposal(goal, 0.5), judged.logit)], (), verifier.weights).probability
+    except ValueError as error:
+        raise _Wrong(f"{network.folder / CONFIG} has {len(verifier.weights)} weights of the probability: {error}") from error
+    _sound(torch.tensor([judged.logit, probability]), (2,))
+    return _sound(torch.from_numpy(judged.lost), (pair.end - pair.first,))
+
+
+def _loaded_verifier(network: Network) -> Verifier:
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+    from grounding.verify.verifier import Verifier
+
+    return Verifier.from_pretrained(SentenceEncoder(), network.folder)
+
+
 def _segmentation(network: Network) -> str:
     import torch
 
@@ -209,8 +245,8 @@ def _adapter_answer(network: Network) -> str:
 
 def _goal_adapter_answer(network: Network) -> str:
     """Let the language model write the goal of one sentence, and read the line back."""
-    from grounding.llm_goals.lines import Said, parts_of
-    from grounding.llm_goals.local import LocalGoals
+    from grounding.language_model.goal_lines import Said, parts_of
+    from grounding.language_model.local_goals import LocalGoals
 
     said = Said.of(_SENTENCE)
     written = LocalGoals(adapter=network.folder / network.files[-1]).write(said)
@@ -238,7 +274,7 @@ def _sound(answer: torch.Tensor, shape: tuple[int, ...]) -> str:
 _OTHERS = {
     "embedding": (_parser, _parser_answer),
     "goals": (_goal_network, _goal_network_answer),
-    "corrections": (_goal_network, _goal_network_answer),
+    "verifier": (_verifier, _verifier_answer),
     "llm": (_adapter, _adapter_answer),
     "llm_goals": (_adapter, _goal_adapter_answer),
     "segmentation": (_segmentation, _segmentation_answer),

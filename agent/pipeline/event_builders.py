@@ -24,10 +24,17 @@ if TYPE_CHECKING:
 _OUTLINE_DETAIL = 0.002  # m: finer than a character, and than most of the pictures
 
 
-def may_mean(goal: Interpretation, names: Sequence[str] = ()) -> str:
-    """Return what a refused instruction may mean, in a clause; "" where nothing is suggested."""
-    said = [describe_parts(one.parts, names) for one in goal.suggestions]
-    return f"it may mean {' or '.join(repr(each) for each in said)}" if said else ""
+def why_not(goal: Interpretation, names: Sequence[str] | None = None, hint: str = "") -> str:
+    """Return why an instruction is not carried out: the question, or why it is refused and what it may mean instead.
+
+    Args:
+        goal: of the instruction; its status is not "ok".
+        names: of the objects that are there; `None` where the suggestions are in the instruction's words.
+        hint: advice where the instruction names objects that are not there.
+    """
+    meant = [describe_parts(one.parts, names) for one in goal.suggestions] if goal.status == "refused" else []
+    may_mean = f"it may mean {' or '.join(map(repr, meant))}" if meant else ""
+    return "; ".join(filter(None, (goal.message, may_mean, hint if "there is only" in goal.message else "")))
 
 
 def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] = ()) -> events.Parsed:

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from grounding.goal_network.writer import NetworkWriter
-    from grounding.goal_reading.reader import GoalReader
-    from grounding.interpreter import Interpreter
-    from grounding.llm_goals.reader import GoalWriter, LLMGoalReader
+    from grounding.interpreter import Interpreter, Proposes
+    from grounding.language_model.goal_model import GoalModel
+    from grounding.language_model.local_goals import LocalGoals
     from grounding.parse_result import Parser
     from grounding.parsers.llm_endpoint import EndpointLLM
     from grounding.parsers.llm_reply import Backend
     from grounding.parsers.sentence_encoder import SentenceEncoder
+    from grounding.verify.verifier import Verifier
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,8 @@ def make_interpreter(
     """
     from grounding.interpreter import Interpreter  # a chat reads its first sentence after its prompt
     from grounding.parsers.sentence_encoder import SentenceEncoder
+    from grounding.goal_network.writer import NetworkWriter
+    from grounding.propose.network import NetworkProposer
 
     encoder = encoder or SentenceEncoder()
 
@@ -72,55 +74,49 @@ def make_interpreter(
                 return parser_on(named, report=_report)
         return EmbeddingParser.from_pretrained(encoder=encoder)
 
-    def endpoint() -> EndpointLLM:
-        from grounding.parsers.llm_endpoint import EndpointLLM, same_host
+    def verifier() -> Verifier:
+        from grounding.verify.verifier import Verifier
 
-        assert options.llm_url is not None
-        trusted = options.key_url is not None and same_host(options.llm_url, options.key_url)
-        return EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted, report=_report)
+        return Verifier.from_pretrained(encoder)
 
-    def llm() -> Parser:
-        from grounding.parsers.llm import LLMParser
-        from grounding.parsers.llm_cache import ReplyCache
+    def local() -> LocalGoals:
+        from grounding.language_model.local_goals import LocalGoals
 
-        if options.llm_url is None:
-            from grounding.parsers.llm_local import LocalLLM
+        return LocalGoals(options.llm_model)
 
-            backend: Backend = LocalLLM(options.llm_model)
-        else:
-            backend = endpoint()
-        return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
+    def endpoint() -> GoalModel:
+        from grounding.language_model.goal_model import GoalModel
 
-    def goals() -> GoalWriter:
-        if options.llm_url is None:
-            from grounding.llm_goals.local import LocalGoals, LocalGoalWriter
+        return GoalModel(_endpoint(options))
 
-            return LocalGoalWriter(LocalGoals(options.llm_model), options.replies)
-        from grounding.llm_goals.endpoint import EndpointGoals
+    network = NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder))
+    proposer: Proposes = network
+    model = None
+    if options.parser == "llm" and options.llm_url is None:
+        from grounding.language_model.local_goals import LocalProposer
 
-        return EndpointGoals(endpoint())
+        proposer = LocalProposer(local, network, strict)
+    elif options.parser == "llm":
+        model = endpoint
+    return Interpreter(embedding, encoder, proposer, verifier, options.viewpoint, model, strict)
 
-    def goal_reader(grammar: GoalReader) -> LLMGoalReader:
-        from grounding.llm_goals.reader import LLMGoalReader
 
-        return LLMGoalReader(goals, grammar, encoder, options.viewpoint == "opposite")
+def make_slot_parser(options: ReadingOptions) -> Parser:
+    """Make the parser that asks a language model for the five slots with the paper's few-shot prompt."""
+    from grounding.parsers.llm import LLMParser
+    from grounding.parsers.llm_cache import ReplyCache
+    from grounding.parsers.llm_local import LocalLLM
 
-    @cache
-    def network() -> NetworkWriter:
-        from grounding.goal_network.writer import NetworkWriter
+    backend: Backend = LocalLLM(options.llm_model) if options.llm_url is None else _endpoint(options)
+    return LLMParser(backend, cache=ReplyCache(options.replies) if options.replies else None)
 
-        return NetworkWriter.from_pretrained(encoder)
 
-    def corrector() -> NetworkWriter:
-        from grounding.goal_network.writer import CORRECTIONS, NetworkWriter
+def _endpoint(options: ReadingOptions) -> EndpointLLM:
+    from grounding.parsers.llm_endpoint import EndpointLLM, same_host
 
-        return NetworkWriter.from_pretrained(encoder, CORRECTIONS)
-
-    default = Interpreter(embedding, None, options.viewpoint, encoder, network=network, corrector=corrector)
-    if options.parser == "embedding":
-        return default
-    fallback = None if strict else lambda: default.parser
-    return Interpreter(llm, fallback, options.viewpoint, encoder, goal_reader, network, corrector, default)
+    assert options.llm_url is not None
+    trusted = options.key_url is not None and same_host(options.llm_url, options.key_url)
+    return EndpointLLM(options.llm_url, options.llm_model or "default", send_key=trusted, report=_report)
 
 
 def _report(line: str) -> None:

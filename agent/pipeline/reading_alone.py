@@ -3,22 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from agent.errors import defect_sentence, is_defect
-from grounding.interpretation import Interpretation
-from grounding.interpreter import Interpreter
+from grounding.interpretation import Interpretation, Objects
 from grounding.parse_result import DEFECT, Parse
-from grounding.references.attributes import SceneObject
 from grounding.spec import StructureSpec
 
 T = TypeVar("T")
 
 
+class Reads(Protocol):
+    """A reader of texts: `grounding.interpreter.Interpreter`, or a parser of the five slots alone."""
+
+    @property
+    def viewpoint(self) -> str:
+        """Return whose left and right is meant."""
+
+    @property
+    def name(self) -> str:
+        """Return the name of the parser of the five slots."""
+
+    def interpret_many(self, texts: Sequence[str], objects: Objects | None) -> list[Interpretation]:
+        """Interpret each of many texts."""
+
+
+def itself(reading: Interpretation) -> Interpretation:
+    """Return a reading as it is, for `read_alone`."""
+    return reading
+
+
 def read_alone(
-    interpreter: Interpreter,
+    interpreter: Reads,
     texts: Sequence[str],
-    objects: Sequence[SceneObject | str | None] | None,
+    objects: Objects | None,
     use: Callable[[Interpretation], T],
 ) -> list[T]:
     """Read texts together; where the program fails, each of them alone, so that the others are read all the same.

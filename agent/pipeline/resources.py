@@ -48,10 +48,10 @@ class ResourceCache:
         return SentenceEncoder()
 
     def interpreter(self, options: ReadingOptions) -> Interpreter:
-        """Return the interpreter for the options; one that had to fall back is not kept: the next run tries again."""
+        """Return the interpreter for the options."""
         with self._lock:
             interpreter = self._interpreters.get(options)
-            if interpreter is None or interpreter.fallback:
+            if interpreter is None:
                 if options.parser != "embedding" or options.encoder is not None:
                     _use_one_thread()
                 interpreter = self._interpreters[options] = make_interpreter(options, self.encoder)
@@ -99,7 +99,7 @@ class ResourceCache:
         Raises: as the parts do.
         """
         with self._lock:
-            self.interpreter(reading).parse("a circle")
+            self.interpreter(reading).interpret("a circle")
         self.planner(model, weights, allow_unverified)
 
     def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:

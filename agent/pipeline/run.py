@@ -20,9 +20,9 @@ from agent.pipeline.event_builders import (
     chosen_event,
     describe_aside,
     describe_shortfall,
-    may_mean,
     parsed_event,
     perceived_event,
+    why_not,
 )
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.pipeline.proposing import propose_arrangements, propose_goal
@@ -129,9 +129,8 @@ class _Run:
                 raise BadInput(f"{source.other_arm}; without --export-trajectory, the run builds on the twin")
             opening = time.perf_counter() - began
         self.step, began = "parse", time.perf_counter()
-        goal = cache.interpreter(options.reading).interpret(self.text)
-        if goal.status != "ok":
-            raise NotBuildable("; ".join(filter(None, (goal.message, may_mean(goal)))))
+        there = None if source is None else source.referents  # a scene is drawn for what is asked for
+        goal = self._ok(cache.interpreter(options.reading).interpret(self.text, there), source)
         seconds = time.perf_counter() - began
         self.step = "model"  # early, because a wrong name or a changed checkpoint should not cost a minute
         cache.check_planner(options.model, options.weights, options.allow_unverified)
@@ -139,10 +138,7 @@ class _Run:
         self.step, began = "scene", time.perf_counter() - opening
         if source is None:
             source = cache.source(options.scene, options.objects, options.recorded)
-        goal = goal.among(source.referents, source.catalogue)
-        if goal.status != "ok":
-            hint = source.hint if goal.status == "refused" else ""
-            raise NotBuildable("; ".join(filter(None, (goal.message, may_mean(goal, [each.name for each in source.referents]), hint))))
+            goal = self._ok(goal.among(source.referents, source.catalogue), source)
         notes = (*goal.notes, *(one.card for one in networks.values() if not one.verified))
         spec = goal.goal.plain_spec
         if spec is not None:
@@ -168,18 +164,17 @@ class _Run:
             if spec is not None:
                 whole = structure_of(table, goal.spec)
             else:
-                goal = self._among_drawn(goal, source, table)
+                goal = self._ok(goal.among(table.referents), source) if source.catalogue else goal
                 whole = goal.goal
                 yield parsed_event(goal, seconds, table.original_names)
                 yield from map(events.Noted, dict.fromkeys((*notes, *goal.notes)))
             yield from self._whole(table, whole, began)
 
-    def _among_drawn(self, goal: Interpretation, source: SceneSource, table: TableScene) -> Interpretation:
-        """Return the goal with indices into the drawn table instead of the library."""
-        if source.catalogue:
-            goal = goal.among(table.referents)
+    def _ok(self, goal: Interpretation, source: SceneSource | None) -> Interpretation:
+        """Return a goal that can be built; raise `NotBuildable` for any other."""
         if goal.status != "ok":
-            raise NotBuildable(goal.message)
+            names = None if source is None else [each.name for each in source.referents]
+            raise NotBuildable(why_not(goal, names, "" if source is None else source.hint))
         return goal
 
     def _whole(self, table: TableScene, goal: Goal, began: float) -> Iterator[Event]:

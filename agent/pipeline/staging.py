@@ -70,11 +70,11 @@ def staged(staging: Staging) -> Iterator[Staged]:
         source = cache.source(staging.scene, staging.objects)
         drawn = source.set_out(staging.seed)
     else:
-        goal = cache.interpreter(ReadingOptions()).interpret(staging.instruction)
-        if goal.status != "ok":
-            raise NotBuildable(goal.message)
         source = cache.source(staging.scene, staging.objects)
-        goal = goal.among(source.referents, source.catalogue)  # says what is missing before anything is drawn
+        there = None if source.catalogue else source.referents
+        goal = cache.interpreter(ReadingOptions()).interpret(staging.instruction, there)
+        if source.catalogue:
+            goal = goal.among(source.referents, True)  # says what is missing before anything is drawn
         if goal.status != "ok":
             raise NotBuildable(goal.message)
         drawn = source.open(goal, staging.seed)

@@ -15,6 +15,7 @@ from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
 from grounding.spec import FIRST_SHAPES, StructureSpec
+from grounding.structure_words import STRUCTURES
 from structdiffusion.data.scene_sampling import SceneError
 
 if TYPE_CHECKING:
@@ -137,7 +138,9 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
         ObservationError: if the camera does not see an object that a part names.
     """
     everything, poses = table.original_names, table.poses()
-    goal = _resolved(table, goal)
+    goal, missing = with_what_is_there(table, goal)
+    if missing:
+        table.missing = missing
     named = [everything[index] for index in goal.named_objects()]
     for name in named:
         if name in table.fallen:
@@ -165,24 +168,40 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
     return wanted, replace(scene, objects=tuple(clouds[name] for name in seen), distractors=())
 
 
-def _resolved(table: TableScene, goal: Goal) -> Goal:
-    """Write out "everything else": all that no part names and that the arm can take."""
-    named = set(goal.named_objects())
-    gone = {*table.fallen, *table.out_of_reach}
-    rest = tuple(i for i, name in enumerate(table.original_names) if i not in named and name not in gone)
-    open_ones = [part for part in goal.structures if part.objects is None]
-    if open_ones and not rest:
-        raise NotBuildable(f"there is nothing left on the table for: {describe_part(open_ones[0])}")
-    if open_ones:
-        table.missing = {
-            name: "the arm cannot take it"
-            for i, name in enumerate(table.original_names)
-            if name in table.out_of_reach and i not in named
-        }
-    return Goal(tuple(
-        replace(part, objects=rest) if isinstance(part, StructurePart) and part.objects is None else part
-        for part in goal.parts
-    ))  # fmt: skip
+def with_what_is_there(table: TableScene, goal: Goal) -> tuple[Goal, dict[str, str]]:
+    """Write out "everything else", and leave what the arm cannot take out of structures.
+
+    Args:
+        table: the table.
+        goal: with indices into the table's `original_names`.
+
+    Returns:
+        The goal, in which every structure lists its objects, and name -> why an object takes no part.
+
+    Raises:
+        NotBuildable: if nothing is left for a structure.
+    """
+    names, named = table.original_names, set(goal.named_objects())
+    gone = dict.fromkeys(table.out_of_reach, "the arm cannot take it")
+    gone |= dict.fromkeys(table.fallen, "it has fallen off the table")
+    missing = dict[str, str]()
+    parts = list[Part]()
+    for part in goal.parts:
+        if isinstance(part, StructurePart):
+            own = part.objects if part.objects is not None else [i for i in range(len(names)) if i not in named]
+            left = tuple(i for i in own if names[i] not in gone)  # type: ignore[index]
+            missing |= {names[i]: gone[names[i]] for i in own if names[i] in gone}  # type: ignore[index]
+            if len(left) < _least(part) and len(left) < len(own):
+                raise NotBuildable("; ".join(f"{name} cannot take part: {why}" for name, why in missing.items()))
+            if not left:
+                raise NotBuildable(f"there is nothing left on the table for: {describe_part(part, names)}")
+            part = replace(part, objects=left)
+        parts.append(part)
+    return Goal(tuple(parts)), missing
+
+
+def _least(part: StructurePart) -> int:
+    return STRUCTURES[part.shape].least if part.shape is not None else 1
 
 
 def renumbered(goal: Goal, place: Mapping[int, int]) -> Goal:

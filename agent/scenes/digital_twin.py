@@ -26,14 +26,13 @@ from agent.scenes.files import PlacedObject
 from agent.scenes.limits import check_count
 from agent.scenes.object_attributes import attributes_at
 from agent.scenes.object_placement import placement_of, saved_objects
-from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
+from agent.scenes.recorded_nouns import doubts, how_to_name, taken_nouns
 from agent.scenes.recorded_objects import UNKNOWN, RecordedObject, called, recorded_objects
 from agent.scenes.renaming import renamed
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
 from agent.scenes.workcell import Workcell
-from grounding.references.attributes import SceneObject
-from grounding.references.selection import Selection
+from grounding.resolve.attributes import SceneObject
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.geometry import tilt_between
 from structdiffusion.objects.model import SURFACE_POINTS
@@ -133,24 +132,25 @@ class RecordedSource:
             }
         )  # fmt: skip
 
-    def _check_nouns(self, selection: Selection | None) -> None:
-        """Ask which objects are meant if the instruction chooses by a noun that further objects may have.
+    def _check_nouns(self, nouns: Sequence[str], chosen: Sequence[int]) -> None:
+        """Ask which objects are meant if the instruction chooses by nouns that further objects may have.
 
         Raises:
             NotBuildable: with the question.
         """
-        if selection is not None and (unsure := doubts(self.segments.objects, self.called, selection)):
+        if unsure := doubts(self.segments.objects, self.called, nouns, chosen):
             raise NotBuildable("; ".join(("which objects are meant is not certain", *unsure, self.hint)))
 
     def open(self, goal: Interpretation, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
         selection = goal.selection
-        self._check_nouns(selection)
-        telling = chosen_by_noun(selection)
+        nouns = () if selection is None else selection.nouns
+        self._check_nouns(nouns, () if selection is None else selection.indices)
+        telling = bool(nouns)
         if goal.goal.plain_spec is None:
             return RecordedScene(self, self.objects, len(self.objects), seed, telling)
         asked = [self.objects[index] for index in selection.indices]
-        if refused := [self.objects[i] for i in selection.required if self.objects[i].trouble]:
+        if refused := [self.objects[i] for i in _named(goal) if self.objects[i].trouble]:
             those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
             raise NotBuildable(f"the instruction names objects that the arm cannot reach: {those}")
         selected = [each for each in asked if not each.trouble]
@@ -162,7 +162,7 @@ class RecordedSource:
             self, [*selected, *(each for each in self.objects if each not in selected)], len(selected), seed, telling
         )
         scene.missing = {each.name: each.trouble for each in asked if each.trouble}
-        self._without_fallen(scene, goal, {self.objects[i].name for i in selection.required})
+        self._without_fallen(scene, goal, {self.objects[i].name for i in _named(goal)})
         return scene
 
     def _without_fallen(self, scene: RecordedScene, goal: Interpretation, required: set[str]) -> None:
@@ -329,3 +329,9 @@ def _thinned(cloud: ObjectCloud, rng: np.random.Generator) -> ObjectCloud:
         return cloud
     kept = np.sort(rng.choice(len(cloud.points), SURFACE_POINTS, replace=False))
     return replace(cloud, points=cloud.points[kept], colors=None if cloud.colors is None else cloud.colors[kept])
+
+
+def _named(goal: Interpretation) -> tuple[int, ...]:
+    """Return the objects that an instruction names one by one, so that none of them can be left out."""
+    found = goal.selection
+    return found.indices if found is not None and found.singly else ()

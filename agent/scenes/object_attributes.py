@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from agent.perception.color_names import color_terms
-from grounding.references.attributes import COLOR_WORDS, ObjectAttributes
+from grounding.resolve.attributes import COLOR_WORDS, ObjectAttributes
 from structdiffusion.objects.model import ObjectModel
 
 
@@ -24,7 +24,7 @@ def attributes_at(attributes: ObjectAttributes, world_from_object: np.ndarray) -
 
 
 def color_words(terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Spell names of colours as `grounding.references.attributes.COLOR_WORDS` does: "grey" for "gray"."""
+    """Spell names of colours as `grounding.resolve.attributes.COLOR_WORDS` does: "grey" for "gray"."""
     return tuple(dict.fromkeys(COLOR_WORDS[term][0] for term in terms))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from PIL import Image
@@ -14,8 +14,7 @@ from agent.perception.report import taken_for
 from agent.perception.segments import Segment
 from agent.rendering.text import with_indefinite_article
 from agent.runtime.output_ownership import OwnFolder
-from grounding.references.lexicon import meanings
-from grounding.references.selection import Selection
+from grounding.resolve.lexicon import meanings
 
 _PICTURE = "objects.png"
 
@@ -30,22 +29,20 @@ def taken_nouns(found: Sequence[Segment], called: Mapping[str, str]) -> list[str
     return [taken_for(each) for each in found if each.noun and each.name not in called]
 
 
-def chosen_by_noun(selection: Selection | None) -> bool:
-    """Return whether nouns decide which objects an instruction means."""
-    return selection is not None and bool(_asked(selection))
-
-
-def doubts(found: Sequence[Segment], called: Mapping[str, str], selection: Selection) -> list[str]:
+def doubts(
+    found: Sequence[Segment], called: Mapping[str, str], nouns: Sequence[str], chosen: Collection[int]
+) -> list[str]:
     """Say which objects may have one of the nouns that an instruction chooses by, but were not chosen.
 
     Args:
         found, called: as for `taken_nouns`.
-        selection: the chosen objects, as indices into those found.
+        nouns: that choose or leave out objects; adjectives may stand before them.
+        chosen: the indices of the chosen objects.
     """
-    asked = {word for noun in _asked(selection) for kinds in meanings(noun) for word in kinds}
+    asked = {word for noun in nouns for kinds in meanings(noun.split()[-1]) for word in kinds}
     doubtful = []
     for index, each in enumerate(found):
-        if each.name in called or index in selection.indices:
+        if each.name in called or index in chosen:
             continue
         noun = max((noun for noun in each.nouns if noun.split()[-1] in asked), key=each.nouns.__getitem__, default="")
         if noun:
@@ -73,11 +70,6 @@ def how_to_name(
     how = f"--call '{unnamed}=cup' says what an object is"
     advice = () if nouns_available() else (HOW_TO_GET.split(";")[0],)
     return "; ".join((*likely, f"the objects are numbered in {_written(picture, place)}", *advice, how))
-
-
-def _asked(selection: Selection) -> list[str]:
-    """Return the nouns that choose or leave out objects, without their adjectives."""
-    return [words.split()[-1] for words in (*selection.named, *selection.excluded) if words.split()]
 
 
 def _written(picture: np.ndarray, place: OwnFolder | None) -> str:

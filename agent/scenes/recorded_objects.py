@@ -11,8 +11,8 @@ from agent.arm.grasps import can_be_grasped
 from agent.errors import UsageError
 from agent.perception.segments import Segment, Segments
 from agent.recordings.recording import RecordedOptions
-from grounding.references.attributes import COLOR_WORDS, ObjectAttributes
-from grounding.references.object_names import read_name
+from grounding.resolve.attributes import COLOR_WORDS, ObjectAttributes
+from grounding.resolve.object_names import read_name
 from structdiffusion.completion.bodies import bodies_of
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import ObjectCloud, Table

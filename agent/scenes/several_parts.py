@@ -13,7 +13,7 @@ from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, RelationPart, StructurePart
-from grounding.references.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject
 from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
 from structdiffusion.data.scene_sampling import SceneError, eligible
 from structdiffusion.footprints import clear_gap, turned

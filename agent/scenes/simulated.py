@@ -10,7 +10,7 @@ import numpy as np
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.workcell import Workcell
-from grounding.references.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject
 from structdiffusion.data.scene_sampling import DrawnScene, SceneError, draw_scene, eligible
 from structdiffusion.objects.model import ObjectModel, unique_names
 

@@ -23,7 +23,7 @@ from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
 from agent.scenes.workcell import Workcell
 from grounding.parse_result import shortened
-from grounding.references.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject
 from structdiffusion.limits import FOLDER_FILES, SLOW_BYTES
 from structdiffusion.objects.libraries import load_objects
 

@@ -20,7 +20,7 @@ from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import lowest_point
 from agent.scenes.renaming import renamed
 from agent.scenes.workcell import Workcell
-from grounding.references.attributes import ObjectAttributes, SceneObject
+from grounding.resolve.attributes import ObjectAttributes, SceneObject
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import ObjectCloud, Scene

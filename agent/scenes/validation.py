@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from agent.scenes.files import PlacedObject, Problem
-from grounding.references.object_names import read_name
+from grounding.resolve.object_names import read_name
 from structdiffusion.geometry import tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Table

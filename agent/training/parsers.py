@@ -11,7 +11,8 @@ from agent.errors import UsageError
 # The defaults of the trainers, repeated here because importing those loads PyTorch.
 PARSER_SENTENCES = 144_000
 LLM_STEPS, LLM_LEARNING_RATE = 900, 1.5e-3
-GOAL_STEPS, GOAL_LEARNING_RATE = 4000, 6e-4
+GOAL_STEPS, GOAL_LEARNING_RATE, CORRECTIONS, DROPOUT = 4000, 6e-4, 0.45, 0.15
+VERIFIER_STEPS, VERIFIER_LEARNING_RATE = 1500, 5e-5
 
 
 def train_embedding_parser(out: Path, sentences: int, start: Path | None, rate: float, seed: int, threads: int) -> None:
@@ -32,9 +33,9 @@ def train_embedding_parser(out: Path, sentences: int, start: Path | None, rate: 
     if start is not None and not start.is_dir():
         raise UsageError(f"--start must be a folder of weights, and there is no folder {str(start)!r}")
     _check_rate("--rate", rate)
-    from grounding.training.embedding_parser import ParserTraining, train
+    from grounding.training.embedding_parser import BATCH, ParserTraining, train
 
-    config = train(ParserTraining(out, seed, sentences, threads, start, rate), _print_progress)
+    config = train(ParserTraining(out, sentences // BATCH, start, rate, seed, threads), _print_progress)
     print(json.dumps(config["development"]["exact"]))
 
 
@@ -86,21 +87,18 @@ def train_goal_adapter(out: Path, steps: int, start: Path | None, rate: float, s
 
 
 def train_goal_network(
-    out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, corrections: float = 0.0,
-    difference_to: str | None = None, kept: float = 0.0, dropout: float = 0.1,
+    out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, corrections: float, dropout: float
 ) -> None:
-    """Train the network that reads goals of several parts, and write it to the folder `out`.
+    """Train the network that reads instructions and corrections, and write it to the folder `out`.
 
     Args:
         out: folder for `config.json` and `model.safetensors`.
-        steps: optimiser steps, each on a batch of sentences.
+        steps: optimiser steps, each on a batch of tasks.
         start: folder of a network to train further; `None` starts from the layers of the embedding parser.
         rate: peak learning rate, above 0.
-        seed: of initial weights and sentences.
+        seed: of initial weights and tasks.
         threads: of torch.
         corrections: share of the tasks that are corrections of a goal, 0 to 1.
-        difference_to: shipped network from which the stored one differs; `None` stores all weights.
-        kept: share of the network to start from in the final weights, 0 to 1.
         dropout: share of the values that are left out in each step, 0 to 1.
 
     Raises:
@@ -111,12 +109,45 @@ def train_goal_network(
     from grounding.training.goal_reader import GoalNetworkTraining, train
 
     try:
-        options = GoalNetworkTraining(
-            out, steps, start, rate, corrections, dropout, seed, threads, difference_to, kept
-        )
-        train(options, _print_progress)
+        train(GoalNetworkTraining(out, steps, start, rate, seed, threads, corrections, dropout), _print_progress)
     except GoalNetworkError as error:
         raise UsageError(f"--start: {error}") from error
+
+
+def train_verifier(
+    out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, network: Path | None
+) -> None:
+    """Let the goal network propose goals, train the verifier on them, fit its probability, and print how well it fits.
+
+    Args:
+        out: folder for `config.json`, `model.safetensors` and `proposals.jsonl`, which is completed where it is there.
+        steps: optimiser steps, each on a batch of pairs.
+        start: folder of a verifier to train further; `None` starts from the goal network's layers.
+        rate: peak learning rate of the layers, above 0.
+        seed: of initial weights and examples.
+        threads: of torch.
+        network: folder of the goal network that proposes; `None` takes the shipped one.
+
+    Raises:
+        UsageError: for a verifier to start from, or a goal network, that does not exist or cannot be used.
+    """
+    _check_rate("--learning-rate", rate)
+    for option, folder in (("--start", start), ("--network", network)):
+        if folder is not None and not folder.is_dir():
+            raise UsageError(f"{option} must be a folder of weights, and there is no folder {str(folder)!r}")
+    from grounding.goal_network.writer import GoalNetworkError
+    from grounding.training.calibration import calibrate
+    from grounding.training.proposals import write_proposals
+    from grounding.training.verifier import VerifierTraining, train
+
+    out.mkdir(parents=True, exist_ok=True)
+    proposals = out / "proposals.jsonl"
+    try:
+        write_proposals(proposals, network, _print_progress)
+    except GoalNetworkError as error:
+        raise UsageError(f"--network: {error}") from error
+    train(VerifierTraining(out, proposals, steps, start, rate, seed, threads), _print_progress)
+    print(json.dumps(calibrate(out, network)))
 
 
 def _check_rate(option: str, rate: float) -> None:

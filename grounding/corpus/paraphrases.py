@@ -22,6 +22,9 @@ from grounding.structure_words import STRUCTURES
 # sentences; spoken ones are nearest to what people say.
 _WEIGHTS = {"frames_plain": 3, "frames_spoken": 2}
 _SHAPE_HOLES = ("a_shape", "shape_noun", "do_shape")
+# Private characters around the words for objects while a sentence is drawn.
+_FIRST, _LAST = "\ue000", "\ue001"
+_DRAWN, _MARKS = re.compile(f"{_FIRST}([^{_LAST}]+){_LAST}"), re.compile(f"[{_FIRST}{_LAST}]")
 _TABLE = {"a_shape": "shape_noun"}  # the same phrases, with an article
 
 
@@ -33,11 +36,13 @@ class LabelledText:
         text: the sentence.
         labels: slot -> value, `None` if unspecified. A tower may have a size if the text names one.
         refuse: why it has to be refused, one of `grounding.parse_result.REFUSALS`, or `None`.
+        objects: the text's words for its objects, where a single hole has drawn them; else `None`.
     """
 
     text: str
     labels: Mapping[str, str | None]
     refuse: str | None = None
+    objects: str | None = None
 
 
 def paraphrase(rng: np.random.Generator, frame: Frame | None = None) -> LabelledText:
@@ -54,7 +59,11 @@ def paraphrase(rng: np.random.Generator, frame: Frame | None = None) -> Labelled
             slot for hole in frame.holes if not hole.negated for slot in SLOTS_OF_HOLE.get(hole.name, ())
         }
         labels = {slot: values[slot] if slot in filled or slot in frame.labels else None for slot in SLOTS}
-    return LabelledText(roughen(_dressed(text, rng), rng), labels, frame.refuse)
+    text = roughen(_dressed(text, rng), rng)
+    drawn = _DRAWN.findall(text)
+    return LabelledText(
+        _MARKS.sub("", text), labels, frame.refuse, drawn[0] if len(drawn) == 1 and len(_MARKS.findall(text)) == 2 else None
+    )
 
 
 @lru_cache(maxsize=1)
@@ -107,7 +116,7 @@ def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator
         # The plain word now and then: it is what most people say.
         phrase = value if name != "do_shape" else phrase
     if name == "do_shape":
-        return phrase.replace("{o}", _objects(rng))
+        return phrase.replace("{o}", _marked(_objects(rng)))
     return f"a {phrase}" if name == "a_shape" else phrase
 
 
@@ -119,17 +128,21 @@ def _other(name: str, rng: np.random.Generator) -> str:
     phrases = all_phrases()
     match name:
         case "objects":
-            return _objects(rng)
+            return _marked(_objects(rng))
         case "object":
-            return _object(rng)
+            return _marked(_object(rng))
         case "nouns":
-            return _adjective(rng) + _one_of(phrases["objects"]["plural"], rng)
+            return _marked(_adjective(rng) + _one_of(phrases["objects"]["plural"], rng))
         case "noun":
-            return _one_of(phrases["objects"]["singular"], rng)
+            return _marked(_one_of(phrases["objects"]["singular"], rng))
         case "idle":
             text = _one_of(phrases["idle"]["any"], rng)
             return text.replace("{o}", _objects(rng)).replace("{s}", _object(rng)).rstrip(".!?")
     return _one_of(phrases[name]["any"], rng)
+
+
+def _marked(objects: str) -> str:
+    return f"{_FIRST}{objects}{_LAST}"
 
 
 def _adjective(rng: np.random.Generator) -> str:

@@ -57,7 +57,7 @@ def _slip(text: str, rng: np.random.Generator, count: int) -> str:
     words = text.split(" ")
     long = [i for i, word in enumerate(words) if len(word) > 3 and word.isalpha()]
     for i in rng.permutation(long)[:count]:
-        words[i] = _mistyped(words[i], rng)
+        words[i] = mistyped(words[i], rng)
     text = " ".join(words)
     if rng.random() < 0.1 and len(words) > 2:  # two words run together
         place = int(rng.integers(len(words) - 1))
@@ -65,7 +65,8 @@ def _slip(text: str, rng: np.random.Generator, count: int) -> str:
     return text
 
 
-def _mistyped(word: str, rng: np.random.Generator) -> str:
+def mistyped(word: str, rng: np.random.Generator) -> str:
+    """Leave out, exchange, double or replace a letter of a word of four letters and more."""
     i = int(rng.integers(1, len(word) - 1))
     match rng.integers(5):
         case 0:

@@ -13,7 +13,7 @@ from functools import cache
 
 from grounding.dialogue.act_patterns import WORDINGS
 from grounding.dialogue.act_words import COLORS, NO_THING, PARTS, RELATIONS_SAID
-from grounding.references.word_forms import FORMS
+from grounding.resolve.word_forms import FORMS
 
 _LONGEST = 160  # characters: nobody takes more to ask what is on the table
 KINDS = tuple(WORDINGS)

@@ -16,7 +16,7 @@ from typing import Any
 
 from grounding.benchmark import BenchmarkError, read_lines
 from grounding.goals.goal import Goal
-from grounding.references.attributes import ObjectAttributes, SceneObject
+from grounding.resolve.attributes import ObjectAttributes, SceneObject
 from grounding.spec import SpecError
 
 STATUSES = ("ok", "ask", "refused")

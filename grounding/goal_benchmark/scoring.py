@@ -98,8 +98,8 @@ def is_exact_reading(row: GoalRow, reading: GoalReading) -> bool:
 
 
 def is_right_with_an_answer(row: GoalRow, reading: GoalReading) -> bool:
-    """Return whether a reading is exact, or refuses with a suggestion that is one of the row's goals."""
-    suggested = getattr(reading, "suggestions", ()) if row.status == "ok" and reading.status == "refused" else ()
+    """Return whether a reading is exact, or suggests or offers in a question one of the row's goals."""
+    suggested = getattr(reading, "suggestions", ()) if row.status == "ok" and reading.status != "ok" else ()
     return is_exact_reading(row, reading) or any(compare_with_row(goal, row)[0].exact for goal in suggested)
 
 
@@ -107,8 +107,8 @@ def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dic
     """Compute all rates of a reader on the rows, as JSON values.
 
     Returns:
-        "exact": the status of the row and, where it is "ok", one of its goals; "with_answer": these, and those refused with
-        the right goal as a suggestion; "suggested": of those refused rightly, the share with any suggestion; over instructions that must be and were
+        "exact": the status of the row and, where it is "ok", one of its goals; "with_answer": these, and those refused or asked about with
+        the right goal as a suggestion or an option; "suggested": of those refused rightly, the share with any suggestion; over instructions that must be and were
         read: "false_fills" (the share that has a key that nobody asked for), "wrong_keys" (the share with another value
         or objects), "dropped_parts" (of the true parts), "false_parts" (of the parts that were read);
         "refusal": precision and recall of building nothing, by refusal or question; "status": of those that must not be

@@ -13,7 +13,7 @@ from typing import Any
 from grounding.goal_benchmark.rows import GoalRow, goal_scenes
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Order, PartReference, RelationPart, StructurePart
-from grounding.references.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject
 
 FAMILIES = (
     "two structures", "structure and relation", "relations", "metric", "order", "new shapes", "edges and groups",

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from grounding.goal_network.writer import WrittenGoal
-from grounding.goal_reading.tokens import words_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Order, Part, PartReference, RelationPart
-from grounding.references.attributes import SceneObject
-from grounding.references.object_names import read_name
-from grounding.references.word_forms import plural
+from grounding.resolve.attributes import SceneObject
+from grounding.resolve.object_names import read_name
+from grounding.resolve.tokens import words_of
+from grounding.resolve.word_forms import plural
 
 BEFORE, NOW = "so far :", ". now :"
 _WAYS = {"ascending": "up", "descending": "down"}
@@ -159,6 +159,8 @@ class _Rendering:
             self.say("(all)")
         elif isinstance(objects, PartReference):
             self.say(f"structure {self.number_of[objects.part]}")
+        elif objects and isinstance(objects[0], str):
+            self.say(" + ".join(map(str, objects)))
         else:
             groups = [(index,) for index in objects] if one_by_one else [objects]
             phrases = [phrase for group in groups for phrase in object_phrases(group, self.objects)]  # type: ignore[arg-type]

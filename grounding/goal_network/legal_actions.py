@@ -21,7 +21,7 @@ from grounding.goal_network.vocabulary import (
     STRUCTURE_HEADS,
     Action,
 )
-from grounding.goals.parts import DIRECTIONAL, MOVE_DIRECTIONS, ORDER_KEYS, ORDER_STARTS, SHAPES_OF_KEY
+from grounding.goals.parts import DIRECTIONAL, MOVE_DIRECTIONS, ORDER_KEYS, SHAPES_OF_KEY, order_starts
 from grounding.spec import SLOTS_OF_SHAPE, X_POSITIONS, Y_POSITIONS
 
 _SLOT_OF_GROUP = {"size": "size", "x": "x_position", "y": "y_position", "facing": "rotation"}
@@ -51,9 +51,13 @@ Steps = Generator[Legal, Action, None]
 _Step = Generator[Legal, Action, str]
 
 
-def legal_actions() -> Steps:
-    """Yield what may come next and take the action that does, until the goal is written."""
-    word = yield from _one(frozenset((*HEADS, *NO_GOAL)))
+def legal_actions(answers: bool = True) -> Steps:
+    """Yield what may come next and take the action that does, until the goal is written.
+
+    Args:
+        answers: whether an answer may be written in place of a goal.
+    """
+    word = yield from _one(frozenset((*HEADS, *NO_GOAL) if answers else HEADS))
     parts = 0
     while word != _END:
         parts += 1
@@ -134,8 +138,7 @@ def _keys_of(shape: str | None) -> frozenset[str]:
 
 
 def _order(word: str, shape: str, rest: Collection[str]) -> _Step:
-    ends = ("bottom", "top") if shape == "tower" else tuple(one for one in ORDER_STARTS if one not in ("bottom", "top"))
-    starts = tuple(f"from {end}" for end in ends)
+    starts = tuple(f"from {end}" for end in order_starts(shape))
     ways = () if word == f"order {ORDER_KEYS[-1]}" else ("ascending", "descending")
     word = yield from _one((*ways, *starts, *rest))
     if word in ways:

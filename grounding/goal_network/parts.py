@@ -9,8 +9,8 @@ from typing import Any
 
 from grounding.goal_network.vocabulary import HEADS, KEYWORD, KEYWORDS, NO_GOAL, STRUCTURE_HEADS, Action
 from grounding.goal_network.writer import WrittenGoal, words_of
-from grounding.goal_reading.measures import lengths_of
-from grounding.goal_reading.tokens import split
+from grounding.resolve.measures import lengths_of
+from grounding.resolve.tokens import split
 
 DIAMETER = re.compile(r"\b(?:diameter|across|wide|width)\b", re.IGNORECASE)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from grounding.goals.parts import EDGES, GROUPINGS, MOVE_DIRECTIONS, ORDER_KEYS, ORDER_STARTS, RELATIONS
-from grounding.spec import ROTATIONS, SHAPES, SIZES, X_POSITIONS, Y_POSITIONS
+from grounding.spec import ROTATIONS, SIZES, X_POSITIONS, Y_POSITIONS
 
 KEYWORD, START, END = 0, 1, 2  # kinds of actions: a keyword, the first and the last word of a phrase
 
@@ -18,7 +18,12 @@ NOTHING = "nothing"
 NO_GOAL = (NOTHING, "impossible", "unclear")
 MOST_PARTS, MOST_PHRASES, MOST_WORDS, MOST_COUNT, MOST_STRUCTURES = 9, 9, 12, 20, 6
 PLACED = tuple(one for one in RELATIONS if one not in ("at", "moved", "swapped"))
-STRUCTURE_HEADS = tuple(f"{shape} of" for shape in (*SHAPES, "structure"))
+# The shapes that the shipped network was taught; the numbers of its keywords follow from them. Another shape is read as one
+# of these (`grounding.propose.stand_ins`), so that it needs no training.
+TAUGHT_SHAPES = (
+    "circle", "line", "tower", "table setting", "cluster", "rectangle", "square", "triangle", "arc", "grid", "cross", "pyramid",
+)  # fmt: skip
+STRUCTURE_HEADS = tuple(f"{shape} of" for shape in (*TAUGHT_SHAPES, "structure"))
 # "keep of" names what is said to stay, or to be left out.
 HEADS = (*STRUCTURE_HEADS, "place of", "move of", "swap of", "keep of")
 # The keys of a structure in the order in which they are written.

@@ -7,14 +7,12 @@ only mentions: in "the lamp is on the left, so stack the cans" there is a can an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 
-from grounding.goal_reading.phrase_references.adjectives import colours_of
-from grounding.goal_reading.phrase_references.scene_nouns import GENERAL, SceneNouns
-from grounding.references.attributes import SceneObject
-from grounding.references.candidates import Candidates
-from grounding.references.phrases import Vocabulary
-from grounding.references.word_forms import FORMS, singular
+from grounding.resolve.adjectives import colours_of
+from grounding.resolve.attributes import SceneObject
+from grounding.resolve.lexicon import GENERAL
+from grounding.resolve.referents import Referents
+from grounding.resolve.word_forms import singular
 
 # What a word can be: of an unknown scene, no name; a noun of something that is there, or of nothing that is there; a
 # colour of something, or of nothing; a noun that says nothing, such as "things".
@@ -42,7 +40,7 @@ class _SceneWords:
     """The words of one scene."""
 
     def __init__(self, objects: Sequence[SceneObject]) -> None:
-        self._nouns = SceneNouns(Candidates(objects, None, catalogue=False), _nouns())
+        self._nouns = Referents(objects)
         self._colours = {
             colour for each in objects if each.attributes is not None for colour in each.attributes.colors
         }
@@ -58,7 +56,3 @@ class _SceneWords:
             return COLOUR_HERE if self._colours & set(colours) else COLOUR_ABSENT
         return NOUN_ABSENT if self._nouns.is_noun(word) else NO_NAME
 
-
-@cache
-def _nouns() -> Vocabulary:
-    return Vocabulary(FORMS)

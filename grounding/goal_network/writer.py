@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from safetensors.numpy import load_file
@@ -17,23 +17,22 @@ from grounding.goal_network.legal_actions import Legal, legal_actions
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action, keyword
 from grounding.goal_network.weight_differences import unpacked
 from grounding.goal_network.word_presence import word_presence
-from grounding.goal_reading.tokens import words_of
 from grounding.linear_algebra import one_thread
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
-from grounding.references.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject
+from grounding.resolve.tokens import words_of
 from grounding.untrusted_files import check_weights, read_json
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder, WordStates
 
 WEIGHTS = Path(__file__).parents[1] / "weights" / "goal_network"
-CORRECTIONS = Path(__file__).parents[1] / "weights" / "correction_network"
 UPPER = 3  # layers of the network's own over those of the encoder
-# The shipped networks that others are stored as differences to.
-_BASES = {"embedding": PARSER_WEIGHTS / "model.safetensors", "goals": WEIGHTS / "model.safetensors"}
+_PARSER = PARSER_WEIGHTS / "model.safetensors"  # from which the others are stored as differences
 ENCODER_LAYER = 3  # of the six: the lower three stay as they are
 MOST_SAID = 100  # words; of longer instructions the network reads nothing
 _END = keyword("<end>")
+Network = TypeVar("Network")
 
 
 class GoalNetworkError(RuntimeError):
@@ -83,13 +82,10 @@ class NetworkWriter:
     Args:
         encoder: the sentence encoder.
         decoder: the network.
-        taught_words: the words of which it has seen several labelled uses.
     """
 
-    def __init__(
-        self, encoder: SentenceEncoder, decoder: GoalDecoder, taught_words: frozenset[str] = frozenset()
-    ) -> None:
-        self._encoder, self.decoder, self.taught_words = encoder, decoder, taught_words
+    def __init__(self, encoder: SentenceEncoder, decoder: GoalDecoder) -> None:
+        self._encoder, self.decoder = encoder, decoder
 
     @classmethod
     def from_pretrained(cls, encoder: SentenceEncoder, folder: Path = WEIGHTS) -> NetworkWriter:
@@ -98,54 +94,24 @@ class NetworkWriter:
         Raises:
             GoalNetworkError: for files that are missing, or that do not fit this version or the encoder.
         """
-        from safetensors import SafetensorError
 
-        try:
-            check_weights(folder / "model.safetensors")
-            config = read_json(folder / "config.json")
-            state = unpacked(load_file(folder / "model.safetensors"), _base_of(config, encoder))
+        def made(config: Mapping[str, Any], state: dict[str, np.ndarray]) -> NetworkWriter:
             if config["keywords"] != list(KEYWORDS):
                 raise GoalNetworkError(f"the goal network in {folder} was trained with other keywords")
-            if config["encoder_sha256"] != encoder.checksum:
-                raise GoalNetworkError(f"the goal network in {folder} was trained with another sentence encoder")
-            return cls(encoder, GoalDecoder(state), frozenset(config.get("taught_words", ())))
-        except (OSError, ValueError, KeyError, TypeError, SafetensorError) as error:
-            raise GoalNetworkError(f"the goal network in {folder} cannot be loaded: {error}") from error
+            return cls(encoder, GoalDecoder(state))
 
-    def write(self, text: str, objects: Sequence[SceneObject] | None = None) -> WrittenGoal | None:
-        """Write the goal of an instruction; `None` for one that is empty or longer than `MOST_SAID` words.
-
-        Args:
-            text: the instruction.
-            objects: of the scene; `None` where it is not known.
-        """
-        words = words_of(text)
-        states = self._states(words)
-        if states is None:
-            return None
-        with one_thread():
-            writing = self.decoder.begin(states.hidden, states.first[0], word_presence(words, objects))
-            steps, actions, certainty = legal_actions(), [], 0.0
-            legal, last = next(steps), None
-            while len(actions) < POSITIONS:
-                action, share = _likeliest(self.decoder.scores(writing, last), legal, len(words))
-                certainty += math.log(share)
-                try:
-                    legal, last = steps.send(action), action
-                except StopIteration:
-                    return WrittenGoal(tuple(words), tuple(actions), math.exp(certainty))
-                actions.append(action)
-        return None
+        return load_network("goal network", folder, encoder, made)
 
     def likeliest(
-        self, text: str, count: int, objects: Sequence[SceneObject] | None = None
+        self, text: str, count: int, objects: Sequence[SceneObject] | None = None, answers: bool = True
     ) -> list[WrittenGoal]:
         """Write the likeliest goals of an instruction, found by a beam search, the most certain first.
 
         Args:
             text: the instruction.
-            count: of goals at most, and the width of the beam; none for a text of which `write` writes nothing.
+            count: of goals at most, and the width of the beam; none for a text that is empty or longer than `MOST_SAID` words.
             objects: of the scene; `None` where it is not known.
+            answers: whether an answer may be written in place of a goal.
         """
         words = words_of(text)
         states = self._states(words)
@@ -156,7 +122,7 @@ class NetworkWriter:
             beam = [_Unfinished(self.decoder.begin(states.hidden, states.first[0], presence))]
             found: list[WrittenGoal] = []
             for _ in range(POSITIONS):
-                steps = [step for one in beam for step in one.steps(self.decoder, len(words), count)]
+                steps = [step for one in beam for step in one.steps(self.decoder, len(words), count, answers)]
                 steps.sort(key=lambda step: -step.score)
                 found += [WrittenGoal(tuple(words), one.actions, math.exp(one.score)) for one in steps[:count] if one.ended]
                 beam = [one for one in steps[:count] if not one.ended]
@@ -190,9 +156,9 @@ class _Unfinished:
     score: float = 0.0
     ended: bool = False
 
-    def steps(self, decoder: GoalDecoder, words: int, count: int) -> list[_Unfinished]:
+    def steps(self, decoder: GoalDecoder, words: int, count: int, answers: bool) -> list[_Unfinished]:
         """Return it with each of the likeliest actions that may follow."""
-        steps = legal_actions()
+        steps = legal_actions(answers)
         legal = next(steps)
         for action in self.actions:
             legal = steps.send(action)
@@ -207,30 +173,55 @@ class _Unfinished:
         return found
 
 
-def _base_of(config: Mapping[str, Any], encoder: SentenceEncoder) -> dict[str, np.ndarray]:
-    """Return the arrays from which the stored ones differ; none where all are stored.
+def load_network(
+    name: str, folder: Path, encoder: SentenceEncoder, made: Callable[[Mapping[str, Any], dict[str, np.ndarray]], Network]
+) -> Network:
+    """Load a network over the lower layers of the sentence encoder: the goal network, or the verifier.
+
+    Args:
+        name: of the network, for messages.
+        folder: with `config.json` and `model.safetensors`.
+        encoder: the sentence encoder.
+        made: makes the network of the config and the arrays.
 
     Raises:
-        GoalNetworkError: if that network is another than the one that was subtracted.
+        GoalNetworkError: for files that are missing, or that do not fit this version or the encoder.
     """
-    base = config.get("difference_to")
-    if base is None:
+    from safetensors import SafetensorError
+
+    try:
+        check_weights(folder / "model.safetensors")
+        config = read_json(folder / "config.json")
+        network = made(config, unpacked(load_file(folder / "model.safetensors"), base_of(config)))
+        if config["encoder_sha256"] != encoder.checksum:
+            raise GoalNetworkError(f"the {name} in {folder} was trained with another sentence encoder")
+        return network
+    except (OSError, ValueError, KeyError, TypeError, SafetensorError) as error:
+        raise GoalNetworkError(f"the {name} in {folder} cannot be loaded: {error}") from error
+
+
+def base_of(config: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Return the arrays from which the stored ones differ, by a network's config; none where all are stored.
+
+    Raises:
+        GoalNetworkError: if the parser's weights are others than those that were subtracted.
+    """
+    record = config.get("difference_to")
+    if record is None:
         return {}
-    if base_record(base["network"]) != base:
-        raise GoalNetworkError(f"the network {base['network']!r} is another than the one that was trained further")
-    return base_arrays(base["network"], encoder)
+    if base_record() != record:
+        raise GoalNetworkError(f"the network {record['network']!r} is another than the one that was trained further")
+    return base_arrays()
 
 
-def base_record(name: str) -> dict[str, str]:
-    """Return what a config says of the shipped network from which its own differs: "embedding" or "goals"."""
-    return {"network": name, "sha256": hashlib.sha256(_BASES[name].read_bytes()).hexdigest()}
+def base_record() -> dict[str, str]:
+    """Return what a config says of the network from which its own differs: the parser of the five slots."""
+    return {"network": "embedding", "sha256": hashlib.sha256(_PARSER.read_bytes()).hexdigest()}
 
 
-def base_arrays(name: str, encoder: SentenceEncoder) -> dict[str, np.ndarray]:
-    """Return the arrays of a shipped network, by their names in the goal network."""
-    if name == "goals":
-        return dict(NetworkWriter.from_pretrained(encoder).decoder.state)
-    return parser_layers(load_file(_BASES[name]))
+def base_arrays() -> dict[str, np.ndarray]:
+    """Return the parser's upper layers, with the names that they have in the goal network and in the verifier."""
+    return parser_layers(load_file(_PARSER))
 
 
 def parser_layers(state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -242,13 +233,6 @@ def parser_layers(state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
             _, number, rest = name.split(".", 2)
             found[f"upper.{int(number) - (layers - UPPER)}.{rest}"] = array
     return found
-
-
-def _likeliest(scores: np.ndarray, legal: Legal, words: int) -> tuple[Action, float]:
-    """Return the most likely legal action and its probability among the legal ones."""
-    shares = _shares(scores, legal, words)
-    best = int(shares.argmax())
-    return _action(best, words), float(shares[best])
 
 
 def _shares(scores: np.ndarray, legal: Legal, words: int) -> np.ndarray:

@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from grounding.goals.parts import Part, RelationPart
 from grounding.spec import OPPOSITE
 
-_OPPOSITE_WORDS: Mapping[str, str] = {
-    **OPPOSITE,
-    "left of": "right of",
-    "right of": "left of",
-    "in front of": "behind",
-    "behind": "in front of",
-    "near": "far",
-    "far": "near",
-    "away": "closer",
-    "closer": "away",
-}
 _FIRST_END = {"right": "left", "far": "near", "top": "bottom"}
 _OTHER_DIRECTION = {"ascending": "descending", "descending": "ascending"}
 
@@ -53,7 +41,7 @@ def turned_part(part: Part) -> Part:
     """Turn every direction of a part by 180 degrees: the same part, spoken from the opposite side."""
 
     def other(value: str | None) -> str | None:
-        return _OPPOSITE_WORDS.get(value, value)  # type: ignore[arg-type]
+        return OPPOSITE.get(value, value)  # type: ignore[arg-type]
 
     if isinstance(part, RelationPart):
         return replace(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from grounding.goals.goal import Goal
@@ -49,3 +49,36 @@ def _ring(goal: Goal, part: Part) -> int | None:
     one = isinstance(part.objects, tuple) and len(part.objects) == 1 and part.distance is None
     free = structure.around is None and not set(structure.objects or ()) & set(part.objects if one else ())
     return part.reference.part if one and free else None
+
+
+def still_to_build(goal: Goal, standing: Collection[int]) -> Goal:
+    """Return the parts of a goal that do not stand yet, with what they need to know of the others.
+
+    Where they speak of a standing structure as a whole, its objects take its place.
+
+    Args:
+        goal: every structure lists its objects.
+        standing: the numbers of the parts that stand.
+    """
+    kept = {number for number in range(len(goal.parts)) if number not in standing}
+    kept |= {other for number in kept for other, part in enumerate(goal.parts) if PartReference(number) in _speaks_of(part)}
+    for number in sorted(kept):
+        part = goal.parts[number]
+        if isinstance(part, RelationPart) and part.relation == "on" and isinstance(part.reference, PartReference):
+            kept.add(part.reference.part)  # what is put on a tower needs to know the tower
+    place = {old: new for new, old in enumerate(sorted(kept))}
+
+    def written_out(objects: Objects | None) -> Objects | None:
+        outside = isinstance(objects, PartReference) and objects.part not in place
+        return goal.parts[objects.part].objects if outside else objects  # type: ignore[union-attr, return-value]
+
+    parts = [
+        replace(part, objects=written_out(part.objects), reference=written_out(part.reference))
+        if isinstance(part, RelationPart) else part
+        for part in (goal.parts[old] for old in place)
+    ]  # fmt: skip
+    return Goal(tuple(renumbered(part, place) for part in parts))
+
+
+def _speaks_of(part: Part) -> tuple[Objects | None, ...]:
+    return (part.objects, part.reference) if isinstance(part, RelationPart) else ()

@@ -12,36 +12,23 @@ from dataclasses import dataclass, fields
 from typing import Any, TypeAlias
 
 from grounding.spec import SLOTS, X_POSITIONS, Y_POSITIONS, SpecError, StructureSpec
+from grounding.structure_words import KEYS, STRUCTURES
 
 ORDER_KEYS = ("height", "width", "volume", "listed")
 ORDER_DIRECTIONS = ("ascending", "descending")
-ORDER_STARTS = ("left", "right", "near", "far", "bottom", "top")
-OPPOSITE_ENDS: Mapping[str, str] = {
-    "left": "right", "right": "left", "near": "far", "far": "near", "bottom": "top", "top": "bottom",
-}  # fmt: skip
+_HEIGHTS = ("bottom", "top")
+ORDER_STARTS = ("left", "right", "near", "far", *_HEIGHTS)
 EDGES = ("near", "far", "left", "right")
 GROUPINGS = ("colour", "kind")
 DIRECTIONAL = ("left of", "right of", "in front of", "behind")
-OPPOSITE_DIRECTIONS: Mapping[str, str] = {
-    "left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of",
-}  # fmt: skip
 RELATIONS = (*DIRECTIONAL, "next to", "between", "on", "in", "at", "moved", "swapped")
 MOVE_DIRECTIONS = ("left", "right", "away", "closer")
 # Relations that take a clear distance, or the way of a move.
 WITH_DISTANCE = (*DIRECTIONAL, "next to", "moved")
 # Which shapes take which key.
 SHAPES_OF_KEY: Mapping[str, tuple[str, ...]] = {
-    "order": ("line", "arc", "tower"),
-    "gap": ("circle", "line", "rectangle", "square", "triangle", "arc", "grid", "cross"),
-    "radius": ("circle", "arc"),
-    "length": ("line",),
-    "rows": ("grid",),
-    "columns": ("grid",),
-    "around": ("circle", "rectangle", "square", "triangle", "arc"),
-    "along": ("line",),
-    "group_by": ("cluster",),
+    key: tuple(shape for shape, words in STRUCTURES.items() if key in words.keys) for key in KEYS
 }
-KEYS = tuple(SHAPES_OF_KEY)
 MAX_LENGTH = 3.0  # m: longer than any table that an arm serves
 MAX_ROWS = 20
 
@@ -152,8 +139,7 @@ class StructurePart:
                 raise GoalError("the object that a structure is laid around cannot be one of its own objects")
 
     def _check_order(self, order: Order) -> None:
-        starts = ("bottom", "top") if self.shape == "tower" else ("left", "right", "near", "far")
-        _require(f"order.from of a {self.shape}", order.start, (*starts, None))
+        _require(f"order.from of a {self.shape}", order.start, (*order_starts(self.shape), None))
         if order.by == "listed" and self.objects is None:
             raise GoalError("the order 'listed' needs the objects, one by one")
 
@@ -242,6 +228,12 @@ class RelationPart:
 
 
 Part: TypeAlias = StructurePart | RelationPart
+
+
+def order_starts(shape: str | None) -> tuple[str, ...]:
+    """Return the ends at which an order along a shape may begin, of `ORDER_STARTS`."""
+    stacked = shape is not None and STRUCTURES[shape].stacked
+    return tuple(start for start in ORDER_STARTS if (start in _HEIGHTS) == stacked)
 
 
 def _require(key: str, value: Any, legal: Sequence[Any]) -> None:

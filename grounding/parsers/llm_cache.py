@@ -5,33 +5,26 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable
 from pathlib import Path
-from typing import Generic, TypeVar
 
 from grounding.parsers.llm_reply import ANSWERS, LLMError, Reply
 
-T = TypeVar("T")
 
+class ReplyCache:
+    """Replies about the five slots by model, prompt and text in a file of JSON lines, which only grows.
 
-class AnswerCache(Generic[T]):
-    """Answers by model, prompt and text in a file of JSON lines, which only grows.
-
-    A last line that was torn off by a crash, or a line that has no legal answer of this kind, counts as not there: one
-    file can hold answers of several kinds.
+    A last line that was torn off by a crash, or a line that has no legal reply, counts as not there.
 
     Args:
-        path: of the file; it is made with the first answer.
-        kind: the key under which a line holds its answer.
-        is_legal: whether a JSON value is an answer.
+        path: of the file; it is made with the first reply.
 
     Raises:
         LLMError: for a file that cannot be read.
     """
 
-    def __init__(self, path: str | Path, kind: str, is_legal: Callable[[object], bool]) -> None:
-        self.path, self.kind = Path(path), kind
-        self._replies: dict[str, T] = {}
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._replies: dict[str, Reply] = {}
         try:
             lines = self.path.read_text(encoding="utf-8", errors="replace").splitlines()
         except FileNotFoundError:
@@ -41,27 +34,27 @@ class AnswerCache(Generic[T]):
         for line in lines:
             try:
                 entry = json.loads(line)
-                key, reply = entry["key"], entry[kind]
+                key, reply = entry["key"], entry["reply"]
             except (ValueError, KeyError, TypeError):
                 continue
-            if is_legal(reply):
+            if _is_reply(reply):
                 self._replies[str(key)] = reply
 
     def __len__(self) -> int:
         return len(self._replies)
 
-    def get(self, identity: str, prompt_sha256: str, text: str) -> T | None:
-        """Find the answer that was given before, or `None`."""
+    def get(self, identity: str, prompt_sha256: str, text: str) -> Reply | None:
+        """Find the reply that was given before, or `None`."""
         return self._replies.get(_key(identity, prompt_sha256, text))
 
-    def put(self, identity: str, prompt_sha256: str, text: str, reply: T) -> None:
-        """Store an answer, in the file at once.
+    def put(self, identity: str, prompt_sha256: str, text: str, reply: Reply) -> None:
+        """Store a reply, in the file at once.
 
         Raises:
             LLMError: if the file cannot be written.
         """
         key = _key(identity, prompt_sha256, text)
-        entry = {"key": key, "model": identity, "prompt_sha256": prompt_sha256, "text": text, self.kind: reply}
+        entry = {"key": key, "model": identity, "prompt_sha256": prompt_sha256, "text": text, "reply": reply}
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             # A line of its own even after a torn one.
@@ -71,17 +64,6 @@ class AnswerCache(Generic[T]):
         except OSError as error:
             raise LLMError(f"the reply cache {self.path} cannot be written: {error.strerror}") from error
         self._replies[key] = reply
-
-
-class ReplyCache(AnswerCache[Reply]):
-    """Replies of a language model about the five slots.
-
-    Args:
-        path: as for `AnswerCache`.
-    """
-
-    def __init__(self, path: str | Path) -> None:
-        super().__init__(path, "reply", _is_reply)
 
 
 def _last_byte(file) -> bytes:  # noqa: ANN001 - a binary file

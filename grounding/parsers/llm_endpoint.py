@@ -12,14 +12,14 @@ import json
 import os
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 from urllib.parse import parse_qsl, unquote, urlsplit, urlunsplit
 
 from grounding.parsers.llm_completion import Completion, CompletionError, read_completion
 from grounding.parsers.llm_dialect import BUSY, LONGEST_WAIT, Dialect, about_the_model, error_field, seconds_to_wait
 from grounding.parsers.llm_exchange import Answer, Exchange, ExchangeError
-from grounding.parsers.llm_json import brief, read_answers, shares_secret
+from grounding.parsers.llm_json import MAX_CONTENT, brief, read_answers, shares_secret
 from grounding.parsers.llm_reply import ANSWERS, NONE, IllegalReplyError, LLMError, Reply, certain
 
 _Read = TypeVar("_Read")
@@ -93,34 +93,40 @@ class EndpointLLM:
 
     def ask(self, prompt: str, text: str) -> Reply:
         """Ask the model about one instruction; an answer that is not legal is asked for once more."""
+        messages = [
+            {"role": "system", "content": f"{prompt.strip()}\n\n{_AS_JSON}"},
+            {"role": "user", "content": f'Instruction: "{text}"'},
+        ]
         return self.ask_json(
-            f"{prompt.strip()}\n\n{_AS_JSON}", text, ("structure", SCHEMA), MAX_ANSWER_TOKENS,
+            messages, ("structure", SCHEMA), MAX_ANSWER_TOKENS,
             lambda content: certain(read_answers(content, self.secrets)),
         )  # fmt: skip
 
     def ask_json(
-        self, task: str, text: str, schema: tuple[str, dict[str, Any]], most_tokens: int, read: Callable[[str], _Read]
+        self,
+        messages: Sequence[Mapping[str, str]],
+        schema: tuple[str, dict[str, Any]],
+        most_tokens: int,
+        read: Callable[[str], _Read],
+        again: Callable[[str], str] | None = None,
     ) -> _Read:
-        """Ask for JSON about one instruction; an answer that is not legal is asked for once more.
+        """Ask for JSON; an answer that is not legal is asked for once more.
 
         Args:
-            task: what the model is told first.
-            text: the instruction, as `quotable` gives it.
+            messages: what the model is told, and the question.
             schema: a name, and the JSON schema for servers that take one.
             most_tokens: of an answer, without what the model thinks before it.
             read: reads the model's text, and raises a `ValueError` that says what is not legal in it.
+            again: makes the question that follows an answer that is not legal, from what `read` said of it; `None`
+                asks the first one once more.
 
         Raises:
             LLMError: for a server that cannot be used; an `IllegalReplyError` for answers that are not legal.
         """
-        body = {
-            "model": self.model,
-            "messages": [{"role": "system", "content": task}, {"role": "user", "content": f'Instruction: "{text}"'}],
-        }
         form = {"type": "json_schema", "json_schema": {"name": schema[0], "strict": True, "schema": schema[1]}}
         budget, problem = most_tokens + REASONING_TOKENS, ""
         for _ in range(TRIES):
-            said = self._completion(body, budget, form)
+            said = self._completion({"model": self.model, "messages": list(messages)}, budget, form)
             try:
                 return read(said.text)
             except ValueError as error:
@@ -131,6 +137,9 @@ class EndpointLLM:
             if said.finish == "length":
                 problem = f'{budget} tokens were not enough for it to think and to answer (finish_reason "length")'
                 budget *= MORE
+            elif again is not None and said.text:
+                answer = {"role": "assistant", "content": said.text[:MAX_CONTENT]}
+                messages = [*messages, answer, {"role": "user", "content": again(problem)}]
         raise IllegalReplyError(str(self._error(f"gave no legal answer in {TRIES} tries: {problem}")))
 
     def _completion(self, body: dict[str, Any], budget: int, form: dict[str, Any]) -> Completion:

@@ -58,10 +58,13 @@ class Backend(Protocol):
 
 def quotable(text: str) -> str:
     """Put the text on one line without quotation marks, so that it cannot leave the quotes of a prompt."""
-    # Control characters and surrogates end words, invisible marks do not.
+    return " ".join(readable(text).translate(_QUOTES).split())
+
+
+def readable(text: str) -> str:
+    """Put the text on one line that any server can take: control characters and surrogates end words."""
     kinds = ((char, unicodedata.category(char)) for char in text)
-    readable = "".join(" " if kind[0] == "C" else char for char, kind in kinds if kind != "Cf")
-    return " ".join(readable.translate(_QUOTES).split())
+    return " ".join("".join(" " if kind[0] == "C" else char for char, kind in kinds if kind != "Cf").split())
 
 
 _QUOTES = str.maketrans({'"': "'", "“": "'", "”": "'", "„": "'", "`": "'"})

@@ -120,7 +120,7 @@ def _respaced(text: str, known: Collection[str]) -> dict[int, tuple[str, int]]:
     Returns:
         First character -> (the two words as they should be, the place after them).
     """
-    vocabulary = _vocabulary()
+    vocabulary = usual_words()
     found = {}
     for match in re.finditer(r"\b(?=(?P<one>[a-z]{2,12}) (?P<other>[a-z]{2,12})\b)", text.lower()):
         one, other = match.group("one"), match.group("other")
@@ -142,7 +142,7 @@ def _right(word: str, known: Collection[str]) -> str:
         return short
     if not 3 <= len(lower) <= 24 or not lower.isascii() or not lower.isalpha():
         return word
-    vocabulary = _vocabulary()
+    vocabulary = usual_words()
     once = [lower[:i] + lower[i + 1 :] for i in range(1, len(lower)) if lower[i] == lower[i - 1]]
     if lower not in known and lower not in vocabulary and (single := [each for each in once if vocabulary[each] >= _SURE]):
         return max(single, key=vocabulary.__getitem__)  # "openning"
@@ -163,7 +163,7 @@ def stems_of(word: str) -> list[str]:
 
 def _apart(word: str) -> str | None:
     """Return the two usual words that were written as one."""
-    vocabulary = _vocabulary()
+    vocabulary = usual_words()
     places = [
         i for i in range(2, len(word) - 2) if _usual(vocabulary, word[:i]) and _usual(vocabulary, word[i:])
     ]
@@ -178,7 +178,7 @@ def _usual(vocabulary: Counter[str], word: str) -> bool:
 @lru_cache(maxsize=4096)
 def _nearest(word: str, reach: int) -> str | None:
     """Return the word of the training language within a number of slips, the most usual of the nearest."""
-    vocabulary = _vocabulary()
+    vocabulary = usual_words()
     found = process.extract(word, vocabulary.keys(), scorer=OSA.distance, score_cutoff=reach, limit=None)
     near = [(hit[1] + _unlikely(word, hit[0]), -vocabulary[hit[0]], hit[0]) for hit in found if len(hit[0]) > 2]
     if near:
@@ -200,7 +200,7 @@ def _unlikely(slip: str, word: str) -> float:
 
 
 @lru_cache(maxsize=1)
-def _vocabulary() -> Counter[str]:
+def usual_words() -> Counter[str]:
     """Return the words of the training language and their frequency; those of the slots count more."""
     counts: Counter[str] = Counter()
     for name, frames in all_frames().items():

@@ -9,23 +9,25 @@ use.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import torch
 from safetensors.torch import save_file
-from torch import nn
 
 from grounding.atomic_files import unfinished_folder
-from grounding.benchmark import development_rows, score
+from grounding.benchmark import development_rows
 from grounding.corpus.paraphrases import LabelledText
 from grounding.parsers.embedding import EmbeddingParser
 from grounding.parsers.llm_model import cache_folder
 from grounding.parsers.named_encoder import NamedEncoder
 from grounding.parsers.spelling import mend
-from grounding.training.embedding_parser import calibrate, draw_sentences, loss_of_votes
+from grounding.training.embedding_parser import CORPUS_SHARE, loss_of_votes, measure
 from grounding.training.slot_network import SlotNetwork
+from grounding.training.slot_texts import draw_sentences
+from grounding.training.steps import Report, by_length, silent, take_steps
 
 VERSION = 1  # of the fit: a parser of another version in the cache is not used
 SENTENCES, EPOCHS, BATCH = 8000, 10, 32
@@ -38,10 +40,7 @@ _Batch = tuple[Sequence[LabelledText], torch.Tensor, torch.Tensor]
 
 
 def parser_on(
-    encoder: NamedEncoder,
-    folder: Path | None = None,
-    report: Callable[[str], None] = lambda line: None,
-    sentences: int = SENTENCES,
+    encoder: NamedEncoder, folder: Path | None = None, report: Report = silent, sentences: int = SENTENCES
 ) -> EmbeddingParser:
     """Load the parser on a named encoder; if it is not in the cache, fit it first.
 
@@ -66,29 +65,17 @@ def parser_on(
     return EmbeddingParser.from_pretrained(folder, encoder)
 
 
-def _fit(encoder: NamedEncoder, folder: Path, report: Callable[[str], None], sentences: int) -> None:
+def _fit(encoder: NamedEncoder, folder: Path, report: Report, sentences: int) -> None:
     """Fit, calibrate and measure heads, and write the folder, all of it or nothing."""
     report(f"fitting a parser to the sentence encoder {encoder.source!r}: {sentences} sentences, once")
     batches = list(_encoded(encoder, sentences, report))
     network = _trained(batches, encoder.state_width)
-    reader = network.reader()
-    rows = development_rows()
-    temperatures = calibrate(reader, encoder, rows, layer=None)
     name = f"embedding on {Path(encoder.source).name}"
-    parser = EmbeddingParser(encoder, reader, None, temperatures, name)
-    found = score(rows, parser.parse_batch([row.text for row in rows]))
     config = {
-        "name": name,
-        "encoder_layer": None,
-        "layers": 0,
-        "width": encoder.state_width,
-        "hidden": HIDDEN,
-        "temperatures": temperatures,
-        "encoder": encoder.source,
-        "encoder_sha256": encoder.checksum,
-        "sentences": sentences,
-        "development": {key: found[key] for key in ("exact", "slots", "false_fills", "refusal")},
-    }
+        "name": name, "encoder_layer": None, "layers": 0, "width": encoder.state_width, "hidden": HIDDEN,
+        "encoder": encoder.source, "encoder_sha256": encoder.checksum, "sentences": sentences,
+        **measure(network.reader(), encoder, development_rows(), None, name),
+    }  # fmt: skip
     with unfinished_folder(folder) as unfinished:
         save_file(network.state_dict(), unfinished / "model.safetensors")
         (unfinished / "config.json").write_text(json.dumps(config, indent=2) + "\n")
@@ -96,33 +83,27 @@ def _fit(encoder: NamedEncoder, folder: Path, report: Callable[[str], None], sen
             unfinished.rename(folder)
 
 
-def _encoded(encoder: NamedEncoder, count: int, report: Callable[[str], None]) -> Iterator[_Batch]:
+def _encoded(encoder: NamedEncoder, count: int, report: Report) -> Iterator[_Batch]:
     """Draw the training sentences and encode each once, in batches of like length."""
-    drawn = sorted(draw_sentences(count, np.random.default_rng(0)), key=lambda entry: len(entry.text))
-    for start in range(0, len(drawn), BATCH):
-        batch = drawn[start : start + BATCH]
+    rng = np.random.default_rng(0)
+    drawn = islice(draw_sentences(rng, CORPUS_SHARE), count)
+    for number, batch in enumerate(by_length(drawn, BATCH, count, lambda entry: len(entry.text), rng), start=1):
         states = encoder.token_states([mend(entry.text, encoder.whole_words).text for entry in batch])
         yield batch, torch.from_numpy(states.hidden).half(), torch.from_numpy(states.mask)
-        if (start // BATCH + 1) % REPORT_EVERY == 0:
-            report(f"{start + len(batch)} of {count} sentences encoded")
+        if number % REPORT_EVERY == 0:
+            report(f"{number * BATCH} of {count} sentences encoded")
 
 
 def _trained(batches: Sequence[_Batch], width: int) -> SlotNetwork:
     """Train heads that have seen every sentence `EPOCHS` times."""
-    rng = np.random.default_rng(0)
+    rng, steps = np.random.default_rng(0), EPOCHS * len(batches)
     with torch.random.fork_rng():
         torch.manual_seed(0)  # initial weights and dropout know no generator of their own
         network = SlotNetwork(layers=0, width=width, hidden=HIDDEN).train()
         optimiser = torch.optim.AdamW(network.parameters(), lr=LEARNING_RATE, weight_decay=0.01)
-        steps = EPOCHS * len(batches)
         schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, LEARNING_RATE, total_steps=steps + 1, pct_start=0.1)
-        for _ in range(EPOCHS):
-            for k in rng.permutation(len(batches)):
-                labels, hidden, mask = batches[k]
-                loss = loss_of_votes(network(hidden.float(), mask), labels)
-                optimiser.zero_grad()
-                loss.backward()
-                nn.utils.clip_grad_norm_(network.parameters(), 1.0)
-                optimiser.step()
-                schedule.step()
+        drawn = (batches[k] for _ in range(EPOCHS) for k in rng.permutation(len(batches)))
+        losses = (loss_of_votes(network(hidden.float(), mask), labels) for labels, hidden, mask in drawn)
+        for _ in take_steps(losses, steps, optimiser, schedule, silent):
+            pass
     return network.eval()

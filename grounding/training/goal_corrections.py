@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
@@ -20,12 +20,12 @@ from grounding.goal_network.goal_rendition import Rendition, in_centimetres, ren
 from grounding.goal_network.parts import UnreadLengthError, parts_of
 from grounding.goal_network.vocabulary import HEADS, NO_GOAL, PLACED, Action
 from grounding.goal_network.writer import WrittenGoal, words_of
-from grounding.goal_reading.measures import lengths_of
-from grounding.goal_reading.tokens import split
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
+from grounding.resolve.measures import lengths_of
+from grounding.resolve.tokens import split
 from grounding.spec import SpecError
-from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, labelled
+from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, labelled, plain_label
 
 _NUMBERS = re.compile(r"\{(\d+(?:,\d+)*)\}")
 _NAMED = re.compile(r"(?P<words>[^{}]+?) ?\{(?P<numbers>[\d|]+)\}")
@@ -60,49 +60,43 @@ def goal_corrections() -> tuple[GoalCorrection, ...]:
     return tuple(GoalCorrection(*row) for row in csv.reader(text.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE))
 
 
-@dataclass(frozen=True)
-class CorrectedGoal:
-    """What the network is given of a correction.
-
-    Attributes:
-        goal: the goal so far.
-        rendition: it in words.
-        text: what is said.
-        label: of the goal after it, in words of the rendition and of what is said.
-        scene: name of the scene.
-    """
-
-    goal: Goal
-    rendition: Rendition
-    text: str
-    label: str
-    scene: str
-
-    @property
-    def task(self) -> LabelledGoal:
-        """Return the network's task.
-
-        Raises:
-            LabelError: for a label that the network cannot write.
-        """
-        return labelled(f"{self.rendition.text} {self.text}", self.label, self.rendition.length, self.scene)
-
-
-def corrected(row: GoalCorrection) -> CorrectedGoal:
-    """Make what the network is given of a row.
+def corrected(row: GoalCorrection) -> LabelledGoal:
+    """Make the network's task of a row.
 
     Raises:
         LabelError: for labels that are not legal, or that name other objects than the network can point at.
     """
-    objects = goal_scenes()[row.scene]
-    goal = goal_of(row.before)
-    rendition = rendition_of(goal, objects)
-    after = row.after.strip().rstrip(".").strip()
-    if after == "computed":
-        after = UNDECIDED
-    if after not in NO_GOAL:
-        after = _Rewriting(rendition, row.text).label(after)
-    return CorrectedGoal(goal, rendition, row.text, after, row.scene)
+    rendition, label = rewritten(row)
+    return labelled(f"{rendition.text} {row.text}", label, rendition.length, row.scene)
+
+
+def rewritten(row: GoalCorrection) -> tuple[Rendition, str]:
+    """Return the goal so far in words, and the label of the goal after it in these words and those of what is said."""
+    rendition = rendition_of(goal_of(row.before), goal_scenes()[row.scene])
+    after = plain_label(row.after)
+    if after in (*NO_GOAL, "computed"):
+        return rendition, UNDECIDED if after == "computed" else after
+    said = f" {' '.join(words_of(row.text))} "
+    parts = _parts(row.after)
+    # What was kept before already is no part of a goal.
+    kept = {place: [each for each in _named(part[0]) if f" {each[0]} " in said]
+            for place, part in enumerate(parts) if part[0].startswith("keep of")}  # fmt: skip
+    indices = {index for named in kept.values() for _, each in named for index in each}
+    written = [part for place, part in enumerate(parts) if kept.get(place, True)]
+    cells = ([_rewritten(cell, rendition, said, indices) for cell in part] for part in written)
+    return rendition, "; ".join(map(", ".join, cells))
+
+
+def goals_of(row: GoalLine | GoalCorrection) -> tuple[Goal, Goal | None]:
+    """Return the goal so far and the goal that is meant by a labelled text; `None` where no goal holds it.
+
+    Raises:
+        LabelError: for labels that are not legal.
+    """
+    count, said = len(goal_scenes()[row.scene]), isinstance(row, GoalCorrection)
+    label = row.after if said else row.label
+    before = goal_of(row.before, count) if said else Goal()
+    return before, None if plain_label(label) in (*NO_GOAL, "computed") else goal_of(label, count)
 
 
 def goal_of(label: str, count: int | None = None) -> Goal:
@@ -115,9 +109,9 @@ def goal_of(label: str, count: int | None = None) -> Goal:
     Raises:
         LabelError: for a label that is not legal.
     """
-    cells = [[cell.strip() for cell in part.split(",")] for part in _marked(label).split(";")]
+    cells = _parts(label)
     numbers: dict[str, list[int]] = {}
-    for words, indices in (each for part in cells for cell in part for each in _named(_objects_of(cell)[1])):
+    for words, indices in (each for part in cells for cell in part for each in _named(cell)):
         if numbers.setdefault(words, indices) != indices:
             raise LabelError(f"{words!r} stands for two things")
     parts = [part for part in cells if not part[0].startswith("keep of")]
@@ -129,7 +123,7 @@ def goal_of(label: str, count: int | None = None) -> Goal:
         goal = Goal.from_dict({"parts": [_with_numbers(part, numbers) for part in read.parts]})
     except (UnreadLengthError, SpecError, KeyError) as error:
         raise LabelError(f"{label!r} is no goal: {error}") from error
-    kept = [index for part in cells if part not in parts for _, each in _named(_objects_of(part[0])[1]) for index in each]
+    kept = [index for part in cells if part not in parts for _, each in _named(part[0]) for index in each]
     return goal if count is None or not kept else _without(goal, count, kept)
 
 
@@ -154,9 +148,10 @@ def _with_numbers(part: Mapping[str, object], numbers: Mapping[str, list[int]]) 
     return found
 
 
-def _marked(label: str) -> str:
-    """Return a label whose commas stand between cells only."""
-    return _NUMBERS.sub(lambda found: "{" + found[1].replace(",", "|") + "}", label.strip().rstrip(".").strip())
+def _parts(label: str) -> list[list[str]]:
+    """Divide a label into parts and their cells; between the indices of objects there is "|" then."""
+    marked = _NUMBERS.sub(lambda found: "{" + found[1].replace(",", "|") + "}", label.strip().rstrip(".").strip())
+    return [[cell.strip() for cell in part.split(",")] for part in marked.split(";")]
 
 
 def _objects_of(cell: str) -> tuple[str, str]:
@@ -168,65 +163,40 @@ def _objects_of(cell: str) -> tuple[str, str]:
     return (found["key"], found["objects"]) if found else (cell, "")
 
 
-def _named(objects: str) -> list[tuple[str, list[int]]]:
+def _named(cell: str) -> list[tuple[str, list[int]]]:
     """Return the phrases of a cell with the indices of their objects."""
-    found = [_NAMED.fullmatch(phrase.strip()) for phrase in objects.split(" + ")]
+    found = [_NAMED.fullmatch(phrase.strip()) for phrase in _objects_of(cell)[1].split(" + ")]
     return [(" ".join(words_of(one["words"])), [int(n) for n in one["numbers"].split("|")]) for one in found if one]
 
 
-def _plain_cell(cell: str) -> str:
-    """Return a cell without indices, its length in centimetres where the label gives metres."""
+def _plain_cell(cell: str, said: str = "") -> str:
+    """Return a cell without indices, its length in centimetres where the label gives metres or it is not said so."""
     length = _LENGTH.fullmatch(cell)
-    if length and length["metres"]:
-        return f"{length['key']} {in_centimetres(float(length['metres']))}"
-    return re.sub(r" ?\{[^}]*\}", "", cell)
+    if length is None or (said and f" {' '.join(words_of(length['words']))} " in said):
+        return plain_label(cell)
+    if length["metres"] or said:
+        metres = float(length["metres"]) if length["metres"] else _metres(length["words"])
+        return f"{length['key']} {in_centimetres(metres)}"
+    return plain_label(cell)
 
 
-class _Rewriting:
-    """Rewrites a label in the words of a rendition and of what is said."""
-
-    def __init__(self, rendition: Rendition, text: str) -> None:
-        self.rendition = rendition
-        self.said = f" {' '.join(words_of(text))} "
-
-    def label(self, after: str) -> str:
-        parts = [[cell.strip() for cell in part.split(",")] for part in _marked(after).split(";")]
-        keeping = [each for part in parts if part[0].startswith("keep of") for each in _named(_objects_of(part[0])[1])]
-        kept = [index for words, indices in keeping if self.says(words) for index in indices]
-        written = (", ".join(self.cell(cell, kept) for cell in part) for part in parts if self.stays(part[0]))
-        return "; ".join(written)
-
-    def stays(self, cell: str) -> bool:
-        """Return whether a part is written: what was kept before is no part of a goal."""
-        return not cell.startswith("keep of") or any(self.says(words) for words, _ in _named(_objects_of(cell)[1]))
-
-    def says(self, words: str) -> bool:
-        return f" {words} " in self.said
-
-    def cell(self, cell: str, kept: Sequence[int]) -> str:
-        head, objects = _objects_of(cell)
-        if objects and "{" in objects:
-            return f"{head} {' + '.join(self.phrases(_named(objects), kept, head))}"
-        length = _LENGTH.fullmatch(cell)
-        if length and not self.says(" ".join(words_of(length["words"]))):
-            metres = float(length["metres"]) if length["metres"] else _metres(length["words"])
-            return f"{length['key']} {in_centimetres(metres)}"
-        return re.sub(r" ?\{[^}]*\}", "", cell)
-
-    def phrases(self, named: Sequence[tuple[str, list[int]]], kept: Sequence[int], head: str) -> list[str]:
-        """Return the phrases to point at for some objects."""
-        found = [words for words, _ in named if self.says(words)]
-        old = {index for words, indices in named if not self.says(words) for index in indices}
-        covering = [one for one in self.rendition.phrases.values() if set(one.objects) & old]
-        inside = [one for one in covering if set(one.objects) <= old]
-        if {index for one in inside for index in one.objects} == old:
-            covering = inside
-        more = {index for one in covering for index in one.objects} - old
-        if more and not (head.endswith(" of") and more <= set(kept)):
-            raise LabelError(f"no phrase of the goal stands for objects {sorted(old)}")
-        if not old <= {index for one in covering for index in one.objects}:
-            raise LabelError(f"the goal so far does not have objects {sorted(old)}")
-        return [*dict.fromkeys(one.words for one in covering), *found]
+def _rewritten(cell: str, rendition: Rendition, said: str, kept: Set[int]) -> str:
+    """Return a cell in the words of a rendition and of what is said."""
+    head, objects = _objects_of(cell)
+    if "{" not in objects:
+        return _plain_cell(cell, said)
+    named = _named(cell)
+    new = [words for words, _ in named if f" {words} " in said]
+    old = {index for words, indices in named if words not in new for index in indices}
+    covering = [one for one in rendition.phrases.values() if set(one.objects) & old]
+    inside = [one for one in covering if set(one.objects) <= old]
+    covering = inside if {index for one in inside for index in one.objects} == old else covering
+    covered = {index for one in covering for index in one.objects}
+    if covered - old and not (head.endswith(" of") and covered - old <= kept):
+        raise LabelError(f"no phrase of the goal stands for objects {sorted(old)}")
+    if not old <= covered:
+        raise LabelError(f"the goal so far does not have objects {sorted(old)}")
+    return f"{head} {' + '.join([*dict.fromkeys(one.words for one in covering), *new])}"
 
 
 def _metres(words: str) -> float:
@@ -272,7 +242,7 @@ class DrawnCorrections:
 
     def _task(self, goal: Goal, line: GoalLine) -> LabelledGoal:
         rendition = rendition_of(goal, goal_scenes()[line.scene])
-        label = re.sub(r" ?\{[^}]*\}", "", line.label).strip().rstrip(".").strip()
+        label = plain_label(line.label)
         starts = _ANEW
         if label not in NO_GOAL and self.rng.random() < 0.5 and _apart(goal, goal_of(line.label)):
             before = len(goal.structures)

@@ -20,6 +20,7 @@ from grounding.goal_network.vocabulary import (
     END,
     HEADS,
     KEYWORD,
+    KEYWORDS,
     NO_GOAL,
     NUMBER_OF,
     PLACED,
@@ -98,12 +99,17 @@ def labelled(text: str, label: str, said_from: int = 0, scene: str | None = None
         LabelError: for a label that the network cannot write for this instruction.
     """
     words = words_of(text)
-    line = _BRACES.sub("", label).strip().rstrip(".").strip()
+    line = plain_label(label)
     steps = [_keyword(line)] if line in NO_GOAL else [s for part in line.split(";") for s in _part(words, part)]
     steps.append(_keyword("<end>"))
     _check(steps)
     presence = () if scene is None else word_presence(words, goal_scenes()[scene])
     return LabelledGoal(tuple(words), tuple(steps), said_from, presence)
+
+
+def plain_label(label: str) -> str:
+    """Return a label without the indices of objects and its full stop."""
+    return _BRACES.sub("", label).strip().rstrip(".").strip()
 
 
 def _keyword(name: str) -> Step:
@@ -174,12 +180,10 @@ def _structure_key(words: Sequence[str], cell: str) -> tuple[int, list[Step]]:
         steps = [_keyword(name), *_objects(words, rest)]
     else:
         steps = [_keyword(cell)]
-    rank = next(
-        (RANK_OF[word] for word in NUMBER_OF if (KEYWORD, (NUMBER_OF[word],)) == steps[0] and word in RANK_OF), None
-    )
-    if rank is None:
+    key = KEYWORDS[steps[0][1][0]]
+    if key not in RANK_OF:
         raise LabelError(f"there is no key {cell!r}")
-    return rank, steps
+    return RANK_OF[key], steps
 
 
 def _check(steps: Sequence[Step]) -> None:

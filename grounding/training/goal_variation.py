@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from grounding.corpus.typos import mistyped
 from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF
-from grounding.references.word_forms import plural
+from grounding.resolve.word_forms import plural
 from grounding.training.goal_lines import LabelledGoal, Step
 
 MIRRORED, OTHER_NOUNS, NO_MARKS, MISTYPED, NO_SCENE = 0.3, 0.5, 0.15, 0.12, 0.15  # shares of the instructions
@@ -42,17 +43,32 @@ def varied(row: LabelledGoal, rng: np.random.Generator) -> LabelledGoal:
     """Return an instruction like this one, with the label that it must have."""
     words, steps, start = list(row.words), list(row.steps), row.said_from
     presence = () if rng.random() < NO_SCENE else row.presence
-    if rng.random() < MIRRORED and not _NO_SIDE.search(" ".join(words[start:])):
-        words = [_OTHER_SIDE.get(word, word) for word in words]
+    mirrored = mirrored_words(words, start, rng)
+    if mirrored != words:
+        words = mirrored
         steps = [(kind, (_MIRRORED_KEYWORDS.get(at[0], at[0]),) if kind == KEYWORD else at) for kind, at in steps]
-    if rng.random() < OTHER_NOUNS:
-        words = _exchanged(_other_nouns(words, rng), _COLOURS, rng)
+    words = renamed_words(words, rng)
     if rng.random() < NO_MARKS:
         words, steps, presence = _without_marks(words, steps, presence, start)
     if rng.random() < MISTYPED:
         place = int(rng.integers(start, len(words)))
-        words[place] = _mistyped(words[place], rng)
+        if len(words[place]) > 4 and words[place].isalpha():
+            words[place] = mistyped(words[place], rng)
     return LabelledGoal(tuple(words), tuple(steps), start, presence)
+
+
+def mirrored_words(words: Sequence[str], start: int, rng: np.random.Generator) -> list[str]:
+    """Return words with left and right exchanged, or as they were: where what is said has a left that is no side."""
+    if rng.random() < MIRRORED and not _NO_SIDE.search(" ".join(words[start:])):
+        return [_OTHER_SIDE.get(word, word) for word in words]
+    return list(words)
+
+
+def renamed_words(words: Sequence[str], rng: np.random.Generator) -> list[str]:
+    """Return words with other nouns and colours, the same for the same, or as they were."""
+    if rng.random() < OTHER_NOUNS:
+        return _exchanged(_other_nouns(words, rng), _COLOURS, rng)
+    return list(words)
 
 
 def _other_nouns(words: Sequence[str], rng: np.random.Generator) -> list[str]:
@@ -81,15 +97,3 @@ def _without_marks(
         return words, steps, presence
     moved = [(kind, at if kind == KEYWORD else tuple(places[one] for one in at)) for kind, at in steps]
     return [words[place] for place in kept], moved, tuple(presence[place] for place in kept if presence)
-
-
-def _mistyped(word: str, rng: np.random.Generator) -> str:
-    """Leave out, exchange or double a letter of a longer word."""
-    if len(word) < 5 or not word.isalpha():
-        return word
-    at, how = int(rng.integers(len(word) - 1)), rng.random()
-    if how < 0.35:
-        return word[:at] + word[at + 1 :]
-    if how < 0.7:
-        return word[:at] + word[at + 1] + word[at] + word[at + 2 :]
-    return word[: at + 1] + word[at:]

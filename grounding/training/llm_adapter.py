@@ -9,10 +9,8 @@ the training language; the temperatures from the development sentences, as the e
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,19 +23,17 @@ from transformers import PreTrainedModel
 
 from grounding.atomic_files import write_whole
 from grounding.benchmark import Row, development_rows, score
-from grounding.corpus.grammar import all_sentences, split_of
-from grounding.corpus.paraphrases import LabelledText, paraphrase
-from grounding.corpus.templates import all_frames
+from grounding.corpus.paraphrases import LabelledText
 from grounding.parsers.llm import MAX_BYTES, PROMPT, LLMParser
 from grounding.parsers.llm_local import ADAPTER, Layout, LocalLLM, read_adapter
 from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE, quotable
 from grounding.spec import SLOTS
 from grounding.training.low_rank import SCALE, LowRank, Prefix
+from grounding.training.slot_texts import TEMPERATURES, draw_sentences, misfit, temperature
+from grounding.training.steps import Report, Training, by_length, silent, take_steps
 from prompts import load_prompt, with_examples
 
-BATCH = 16
-# Sentences of like length share a batch, chosen among this many batches: little padding, still mixed.
-BUCKET = 8
+BATCH, BUCKET = 16, 8
 CORPUS_SHARE, REFUSED_SHARE = 0.06, 0.03
 LEARNING_RATE = 1.5e-3
 PROMPTS = 9  # other prompts than the full one
@@ -46,37 +42,15 @@ UNCOUNTED = -100
 
 
 @dataclass(frozen=True)
-class AdapterTraining:
-    """How to train the language model's adapter.
-
-    Attributes:
-        out: file for the adapter.
-        steps: how many batches of `BATCH` sentences.
-        start: file of an adapter to continue from; `None` starts from nothing.
-        rate: the highest learning rate.
-        seed: of the sentences, the prompts and the initial weights.
-        threads: of torch; only one repeats exactly.
-
-    Raises:
-        ValueError: for no step, no thread, or a rate that is not positive.
-    """
+class AdapterTraining(Training):
+    """How to train the language model's adapter, on batches of `BATCH` sentences; `out` and `start` are files."""
 
     out: Path = ADAPTER
     steps: int = 900
-    start: Path | None = None
     rate: float = LEARNING_RATE
-    seed: int = 0
-    threads: int = 1
-
-    def __post_init__(self) -> None:
-        for name in ("steps", "threads"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
-        if not self.rate > 0.0:
-            raise ValueError(f"rate must be positive, not {self.rate}")
 
 
-def train(options: AdapterTraining, report: Callable[[str], None] = lambda line: None) -> dict[str, Any]:
+def train(options: AdapterTraining, report: Report = silent) -> dict[str, Any]:
     """Train, calibrate, measure and write the adapter; it is saved after every hundred steps.
 
     Args:
@@ -89,53 +63,33 @@ def train(options: AdapterTraining, report: Callable[[str], None] = lambda line:
     Raises:
         LLMError: for a language model that cannot be loaded.
     """
-    torch.set_num_threads(options.threads)
-    trainer = Trainer(options.seed)
-    if options.start is not None:
-        trainer.start_from(options.start)
-    _fit(trainer, options, report)
+    trainer = Trainer(options)
+    for step in trainer.steps(map(trainer.loss, draw_batches(np.random.default_rng(options.seed))), report, 20):
+        if step % 100 == 0 or step == options.steps:
+            trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), 0.0, {})
     rows = development_rows()
-    temperatures, build_bias = calibrate(options.out, rows)
-    about = {"steps": options.steps, "seed": options.seed}
-    trainer.save(options.out, temperatures, build_bias, about)
+    trainer.save(options.out, *calibrate(options.out, rows), {"steps": options.steps, "seed": options.seed})
     found = score(rows, LLMParser(LocalLLM(adapter=options.out)).parse_batch([row.text for row in rows]))
     return {name: found[name] for name in ("exact", "slots", "false_fills", "refusal")}
 
 
-def _fit(trainer: Trainer, options: AdapterTraining, report: Callable[[str], None]) -> None:
-    """Take all training steps, and save an uncalibrated adapter now and then."""
-    optimiser = torch.optim.AdamW(trainer.weights(), weight_decay=0.01, betas=(0.9, 0.98))
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimiser, options.rate, total_steps=options.steps + 1, pct_start=0.05, cycle_momentum=False
-    )
-    started, recent = time.perf_counter(), []
-    drawn = draw_batches(np.random.default_rng(options.seed))
-    for step, batch in zip(range(1, options.steps + 1), drawn, strict=False):
-        loss = trainer.loss(batch)
-        optimiser.zero_grad()
-        loss.backward()
-        nn.utils.clip_grad_norm_(trainer.weights(), 1.0)
-        optimiser.step()
-        schedule.step()
-        recent.append(loss.item())
-        if step % 20 == 0:
-            seconds = time.perf_counter() - started
-            report(f"step {step} of {options.steps}, loss {np.mean(recent[-20:]):.3f}, {seconds:.0f} s")
-        if step % 100 == 0 or step == options.steps:
-            trainer.save(options.out, dict.fromkeys(ANSWERS, 1.0), 0.0, {})
-
-
 class Trainer:
-    """The model with trainable low-rank weights, and the encoded prompts that precede its input."""
+    """The model with trainable low-rank weights, and the encoded prompts that precede its input.
 
-    def __init__(self, seed: int) -> None:
-        self.rng = np.random.default_rng(seed)
+    Args:
+        options: how to train.
+    """
+
+    def __init__(self, options: AdapterTraining) -> None:
+        torch.set_num_threads(options.threads)
+        self.options, self.rng = options, np.random.default_rng(options.seed)
         self.model = LocalLLM(adapter=None)
         self.network: PreTrainedModel = self.model.network
         self.network.requires_grad_(False)
-        self.prompts = [self._read(prompt) for prompt in self._prompt_texts()]
+        with torch.no_grad():
+            self.prompts = [self.model.run_prompt(prompt) for prompt in self._prompt_texts()]
         with torch.random.fork_rng():
-            torch.manual_seed(seed)
+            torch.manual_seed(options.seed)
             self.added = {
                 name: LowRank(layer)
                 for name, layer in self.network.named_modules()
@@ -146,17 +100,27 @@ class Trainer:
             setattr(self.network.get_submodule(parent), child, layer)
         self.prefix = Prefix()
         self.network.config._attn_implementation = Prefix.name
+        if options.start is not None:
+            for name, (a, b) in read_adapter(options.start).matrices.items():
+                self.added[name].a.data.copy_(a)
+                self.added[name].b.data.copy_(b.float() / SCALE)
 
-    def weights(self) -> list[nn.Parameter]:
-        """List all trained weights."""
-        return [weight for layer in self.added.values() for weight in (layer.a, layer.b)]
+    def steps(self, losses: Iterable[torch.Tensor], report: Report, reported: int) -> Iterator[int]:
+        """Take all steps, and yield the number of each after it."""
+        weights = [weight for layer in self.added.values() for weight in (layer.a, layer.b) if weight.requires_grad]
+        optimiser = torch.optim.AdamW(weights, weight_decay=0.01, betas=(0.9, 0.98))
+        steps = self.options.steps
+        schedule = torch.optim.lr_scheduler.OneCycleLR(
+            optimiser, self.options.rate, total_steps=steps + 1, pct_start=0.05, cycle_momentum=False
+        )
+        return take_steps(losses, steps, optimiser, schedule, report, reported)
 
     def loss(self, batch: Sequence[LabelledText]) -> torch.Tensor:
         """Sum the questions' cross-entropies per text; the slots of refused texts do not count."""
         layouts = [self.model.lay_out(quotable(entry.text)) for entry in batch]
         other = self.rng.random() < 0.5
-        seen, tokens = self.prompts[self.rng.integers(1, len(self.prompts)) if other else 0]
-        hidden = self._pass(layouts, seen, tokens)
+        prompt = self.prompts[self.rng.integers(1, len(self.prompts)) if other else 0]
+        hidden = self.hidden_states(layouts, *prompt)
         answers = [_answers(entry) for entry in batch]
         table = self.network.get_output_embeddings().weight
         total = torch.zeros(())
@@ -169,9 +133,7 @@ class Trainer:
             )
         return total / len(batch)
 
-    def save(
-        self, path: Path, temperatures: dict[str, float], build_bias: float, about: dict[str, Any]
-    ) -> None:
+    def save(self, path: Path, temperatures: dict[str, float], build_bias: float, about: dict[str, Any]) -> None:
         """Write the adapter."""
         tensors = {}
         for name, layer in self.added.items():
@@ -185,13 +147,7 @@ class Trainer:
         }
         write_whole(path, save(tensors, metadata=metadata))
 
-    def start_from(self, path: Path) -> None:
-        """Continue from an adapter."""
-        for name, (a, b) in read_adapter(path).matrices.items():
-            self.added[name].a.data.copy_(a)
-            self.added[name].b.data.copy_(b.float() / SCALE)
-
-    def _pass(self, layouts: Sequence[Layout], seen: object, tokens: int) -> torch.Tensor:
+    def hidden_states(self, layouts: Sequence[Layout], seen: object, tokens: int) -> torch.Tensor:
         """Return the last hidden states (B, T, width) after a prompt of that many tokens."""
         longest = max(len(layout.ids) for layout in layouts)
         ids = torch.zeros(len(layouts), longest, dtype=torch.long)
@@ -215,59 +171,32 @@ class Trainer:
         for _ in range(PROMPTS):
             yield with_examples(prompt, lambda n: self.rng.permutation(n)[: self.rng.integers(4, n + 1)])
 
-    def _read(self, prompt: str) -> tuple[object, int]:
-        with torch.no_grad():
-            return self.model.run_prompt(prompt)
-
-
-def draw_sentences(rng: np.random.Generator) -> Iterator[LabelledText]:
-    """Draw labelled training sentences without end."""
-    grammar = [(text, spec) for text, spec in all_sentences() if split_of(text) == "seen"]
-    refused = [frame for frames in all_frames().values() for frame in frames if frame.refuse]
-    while True:
-        kind = rng.random()
-        if kind < CORPUS_SHARE:
-            text, spec = grammar[rng.integers(len(grammar))]
-            yield LabelledText(text, spec.to_dict())
-        elif kind < CORPUS_SHARE + REFUSED_SHARE:
-            yield paraphrase(rng, refused[rng.integers(len(refused))])
-        else:
-            yield paraphrase(rng)
-
 
 def draw_batches(rng: np.random.Generator) -> Iterator[list[LabelledText]]:
     """Draw batches of sentences of like length without end."""
-    sentences = (entry for entry in draw_sentences(rng) if 0 < len(entry.text.encode()) <= MAX_BYTES)
-    while True:
-        chunk = [next(sentences) for _ in range(BATCH * BUCKET)]
-        chunk.sort(key=lambda entry: len(entry.text))
-        for k in rng.permutation(BUCKET):
-            yield chunk[k * BATCH : (k + 1) * BATCH]
+    drawn = draw_sentences(rng, CORPUS_SHARE, REFUSED_SHARE)
+    short = (entry for entry in drawn if 0 < len(entry.text.encode()) <= MAX_BYTES)
+    return by_length(short, BATCH, BUCKET, lambda entry: len(entry.text), rng)
 
 
 def calibrate(adapter: Path, rows: Sequence[Row]) -> tuple[dict[str, float], float]:
     """Find each question's temperature and the bias of "build" that make the acceptable answers the most likely."""
     model, prompt = LocalLLM(adapter=adapter), load_prompt(PROMPT)
     replies = [model.ask(prompt, quotable(row.text)) for row in rows]
-
-    def cost(question: str, temperature: float, bias: float = 0.0) -> float:
-        total = 0.0
-        for row, reply in zip(rows, replies, strict=True):
-            if question == "request":
-                right = [(answer == BUILD) != row.refuse for answer in ANSWERS[question]]
-            elif row.refuse:
-                continue
-            else:
-                right = [(None if a == NONE else a) in row.acceptable[question] for a in ANSWERS[question]]
-            logits = np.log(np.array(list(reply[question].values())) + 1e-9) / temperature
-            logits += bias * np.array([answer == BUILD for answer in ANSWERS[question]])
-            total -= float(np.logaddexp.reduce(logits[right]) - np.logaddexp.reduce(logits))
-        return total
-
-    grid = np.geomspace(0.25, 8.0, 61).tolist()
-    temperatures = {slot: min(grid, key=partial(cost, slot)) for slot in SLOTS}
-    pairs = [(t, bias) for t in grid[::2] for bias in np.linspace(-2, 4, 25).tolist()]
-    temperatures["request"], bias = min(pairs, key=lambda pair: cost("request", *pair))
+    asked = [place for place, row in enumerate(rows) if not row.refuse]  # of what is refused no slot is known
+    temperatures = {}
+    for slot in SLOTS:
+        logits = np.log(np.array([[*replies[place][slot].values()] for place in asked]) + 1e-9)
+        right = np.array(
+            [[(None if answer == NONE else answer) in rows[place].acceptable[slot] for answer in ANSWERS[slot]]
+             for place in asked]
+        )  # fmt: skip
+        temperatures[slot] = temperature(logits, right)
+    logits = np.log(np.array([[*reply["request"].values()] for reply in replies]) + 1e-9)
+    build = np.array([answer == BUILD for answer in ANSWERS["request"]])
+    right = build != np.array([[row.refuse] for row in rows])
+    pairs = [(t, bias) for t in TEMPERATURES[::2] for bias in np.linspace(-2, 4, 25).tolist()]
+    temperatures["request"], bias = min(pairs, key=lambda pair: misfit(logits / pair[0] + pair[1] * build, right))
     return temperatures, bias
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grounding.parsers.sentence_encoder import SentenceEncoder
-from grounding.references.noun_embeddings import STORED
-from grounding.references.object_names import KNOWN_NOUNS
+from grounding.resolve.object_names import KNOWN_NOUNS, STORED
 
 
 def main() -> None:

@@ -18,10 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from grounding.corpus.grammar import sentences
+from grounding.goal_network.writer import NetworkWriter
 from grounding.interpreter import Interpreter
 from grounding.parsers.embedding import EmbeddingParser
 from grounding.parsers.sentence_encoder import SentenceEncoder
+from grounding.propose.network import NetworkProposer
 from grounding.spec import FIRST_SHAPES
+from grounding.verify.verifier import Verifier
 from structdiffusion.benchmark.latency import loaded, measure, observed_scenes
 from structdiffusion.data.scene_sampling import full_spec
 from structdiffusion.observation import ObjectCloud, Scene
@@ -173,7 +176,10 @@ def read_by_workers(texts: Sequence[str], workers: int, ray: bool = False) -> Ca
 def _interpreter() -> Interpreter:
     """Load an interpreter, and let it read once: the first reading takes longer."""
     encoder = SentenceEncoder()
-    interpreter = Interpreter(lambda: EmbeddingParser.from_pretrained(encoder=encoder), encoder=encoder)
+    interpreter = Interpreter(
+        lambda: EmbeddingParser.from_pretrained(encoder=encoder), encoder,
+        NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder)), lambda: Verifier.from_pretrained(encoder),
+    )  # fmt: skip
     interpreter.interpret_many(["put the cups in a circle"])
     return interpreter
 

@@ -5,9 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from grounding.goal_network.writer import NetworkWriter
+from grounding.interpreter import Interpreter
 from grounding.parsers.embedding import EmbeddingParser
 from grounding.parsers.llm_model import DEFAULT_NAME, cache_folder, checksum, default_folder, default_gguf
 from grounding.parsers.sentence_encoder import SentenceEncoder
+from grounding.propose.network import NetworkProposer
+from grounding.verify.verifier import Verifier
 from tests.sharing import made_once
 
 
@@ -19,6 +23,21 @@ def encoder():
 @pytest.fixture(scope="session")
 def parser(encoder):
     return EmbeddingParser.from_pretrained(encoder=encoder)
+
+
+@pytest.fixture(scope="session")
+def proposer(encoder):
+    return NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder))
+
+
+@pytest.fixture(scope="session")
+def verifier(encoder):
+    return Verifier.from_pretrained(encoder)
+
+
+@pytest.fixture(scope="session")
+def interpreter(parser, encoder, proposer, verifier):
+    return Interpreter(lambda: parser, encoder, proposer, lambda: verifier)
 
 
 @pytest.fixture(scope="session")

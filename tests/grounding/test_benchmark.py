@@ -221,3 +221,10 @@ def test_the_status_of_the_whole_reading_counts():
     assert five_slots(cups, "refused", Goal()).status == "refused"
     asked = five_slots(cups, "ask", Goal())
     assert asked.status == "ask" and asked.spec == cups.spec
+
+
+def test_a_question_that_offers_no_plain_goal_is_no_plain_reading():
+    cups, plain = Parse("t", StructureSpec("circle"), "p"), Goal((StructurePart("circle", objects=(0, 1, 2)),))
+    larger = Goal((RelationPart("on", (0,), (1,)),))
+    assert five_slots(cups, "ask", Goal(), (larger,)).status == "refused"
+    assert five_slots(cups, "ask", Goal(), (larger, plain)).status == "ask"

@@ -1,24 +1,20 @@
-"""Parser, selection and viewpoint together; and what happens when the language model cannot be used."""
-
-from dataclasses import replace
+"""Proposals, objects, the verifier and the viewpoint together; and a language model that is asked first."""
 
 import pytest
 
+from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.interpreter import Interpreter
-from grounding.parse_result import Parse
+from grounding.language_model.goal_reply import ModelReply
 from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 from grounding.spec import StructureSpec
-from grounding.viewpoint import ViewpointError, turned
+from grounding.viewpoint import ViewpointError
 
 ROW_KEYS = {
     "text", "goal", "spec", "status", "message", "question", "confidence", "evidence", "dropped", "parser", "prompt_sha256",
     "fallback", "viewpoint", "seconds", "suggestions",
 }  # fmt: skip
-
-
-@pytest.fixture
-def interpreter(parser):
-    return Interpreter(lambda: parser)
 
 
 def test_a_row(interpreter):
@@ -44,112 +40,131 @@ def test_objects_of_a_scene(interpreter, text, names, chosen):
     assert interpreter.interpret(text, names).objects == chosen
 
 
+def test_a_scene_that_is_known_later_takes_up_the_same_reading(parser, encoder, verifier):
+    class Once:
+        fallback = ""
+
+        def __init__(self, proposer):
+            self.proposer, self.calls = proposer, 0
+
+        def propose(self, *given):
+            self.calls += 1
+            return self.proposer.propose(*given)
+
+    from grounding.goal_network.writer import NetworkWriter
+    from grounding.propose.network import NetworkProposer
+
+    once = Once(NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder)))
+    read = Interpreter(lambda: parser, encoder, once, lambda: verifier).interpret("stack the cans on the left")
+    assert read.goal == Goal((StructurePart("tower", x_position="left", objects=("cans",)),))
+    there = read.among(["mug", "can", "can"])
+    assert there.goal == Goal((StructurePart("tower", x_position="left", objects=(1, 2)),)) and once.calls == 1
+
+
 def test_objects_that_are_not_there_are_refused(interpreter):
     reading = interpreter.interpret("stack the bananas", ["mug", "can"])
     assert reading.status == "refused" and "banana" in reading.message and "mug" in reading.message
 
 
-@pytest.mark.parametrize(
-    ("text", "robot", "opposite"),
-    [
-        ("a row on the left at the back, facing me", ("left", "top", "south"), ("right", "bottom", "north")),
-        ("a row on my right", ("right", None, None), ("left", None, None)),
-        ("a row in the center facing east", ("center", None, "east"), ("center", None, "west")),
-        ("a row right in front of me", (None, "bottom", None), (None, "top", None)),
-    ],
-)
-def test_viewpoint(parser, text, robot, opposite):
-    for viewpoint, expected in (("robot", robot), ("opposite", opposite)):
-        reading = Interpreter(lambda: parser, viewpoint=viewpoint).interpret(text)
-        assert reading.spec == StructureSpec("line", None, *expected), viewpoint
-        assert reading.to_dict()["viewpoint"] == viewpoint
-
-
-@pytest.mark.parametrize(
-    ("text", "evidence", "expected"),
-    [
-        ("near the robot", {"y_position": ("near",)}, "bottom"),
-        ("close to you", {"y_position": ("close",)}, "bottom"),
-        ("in front of you", {"y_position": ("front",)}, "bottom"),
-        ("could you put it near me", {"y_position": ("near",)}, "top"),
-        ("robot, near me", {"y_position": ("near",)}, "top"),
-        ("near me, your humble servant", {"y_position": ("near",)}, "top"),
-    ],
-)
-def test_what_is_said_of_the_robot_is_the_robots(text, evidence, expected):
-    parse = Parse(text, StructureSpec("line", None, "left", "bottom"), "p", evidence=evidence)
-    assert turned(parse) == StructureSpec("line", None, "right", expected)
-
-
-def test_an_unknown_viewpoint(parser):
+def test_an_unknown_viewpoint(parser, encoder, proposer, verifier):
     with pytest.raises(ViewpointError, match="'above'; legal values: robot, opposite"):
-        Interpreter(lambda: parser, viewpoint="above")
+        Interpreter(lambda: parser, encoder, proposer, lambda: verifier, viewpoint="above")
 
 
-def test_when_the_llm_cannot_be_loaded_the_other_parser_speaks_and_it_is_said(parser):
-    def unusable():
-        raise LLMError("no server at http://localhost:1")
-
-    reading = Interpreter(unusable, lambda: parser).interpret("stack the cans")
-    assert reading.spec.shape == "tower" and reading.to_dict()["parser"] == "embedding"
-    assert "no server at http://localhost:1" in reading.fallback
-    with pytest.raises(LLMError):
-        Interpreter(unusable).interpret("stack the cans")
-
-
-def test_when_the_llm_fails_on_the_way_the_other_parser_speaks_from_then_on(parser):
-    class Dying:
-        name = "llm"
-        calls = 0
-
-        def parse_batch(self, texts):
-            self.calls += 1
-            if self.calls > 1:
-                raise LLMError("the server hung up")
-            return [Parse(text, StructureSpec("line"), self.name) for text in texts]
-
-    dying = Dying()
-    interpreter = Interpreter(lambda: dying, lambda: parser)
-    assert interpreter.interpret("stack the cans").to_dict()["parser"] == "llm"
-    for _ in range(2):
-        reading = interpreter.interpret("stack the cans")
-        assert reading.to_dict()["parser"] == "embedding" and "hung up" in reading.fallback
-    assert dying.calls == 2
-
-
-def test_words_for_one_that_fit_several_objects_are_a_question(encoder, parser):
-    interpreter = Interpreter(lambda: parser, encoder=encoder)
+def test_words_for_one_that_fit_several_objects_are_a_question(interpreter):
     reading = interpreter.interpret("put the mug and the bowl in a line", ["red mug", "blue mug", "bowl"])
     assert reading.status == "ask" and reading.question.options == ("red mug", "blue mug")
+    assert [str(goal) for goal in reading.choices] == ["line of 0, 2", "line of 1, 2"]
     assert reading.to_dict()["question"] == {"slot": "object", "options": ["red mug", "blue mug"]}
-    assert "mug' can be each of 2 objects: red mug; blue mug; which one?" in reading.message
 
 
-def test_an_adjective_that_cannot_be_judged_is_told(encoder, parser):
-    reading = Interpreter(lambda: parser, encoder=encoder).interpret("put the heavy cups in a line", ["cup", "cup", "bowl"])
-    assert reading.status == "ok" and reading.objects == ("cup", "cup")
-    assert reading.message == "it is not known which of the cups here are 'heavy': that word was left out of the choice"
+def test_data_and_texts_without_end_are_not_read(interpreter):
+    assert "is JSON" in interpreter.interpret('{"shape": "line"}').message
+    assert "2400 characters; legal: up to 2000" in interpreter.interpret("stack " * 400).message
 
 
-def test_an_illegal_reply_costs_its_own_text_and_no_other(parser):
-    class Stammering:
-        name = "llm"
+# --- a language model that is asked first ---
 
-        def parse(self, text):
-            return self.parse_batch([text])[0]
 
-        def parse_batch(self, texts):
-            if any("cans" in text for text in texts):
-                raise IllegalReplyError("the language model gave no legal answer")
-            return [replace(parse, parser="llm") for parse in parser.parse_batch(texts)]
+class Model:
+    """Says what it was made to say, and remembers what it was asked."""
 
-    texts = ["make a line", "stack the cans", "make a circle"]
-    interpreter = Interpreter(Stammering, lambda: parser)
-    readings = interpreter.interpret_many(texts)
-    assert [reading.parse.parser for reading in readings] == ["llm", "embedding", "llm"]
-    assert [reading.spec.shape for reading in readings] == ["line", "tower", "circle"]
-    said = "the language model gave no legal answer; the embedding parser read this"
-    assert [reading.fallback for reading in readings] == ["", said, ""]
-    assert interpreter.interpret("make a row").parse.parser == "llm"
-    with pytest.raises(IllegalReplyError):
-        Interpreter(Stammering).interpret_many(texts)
+    def __init__(self, *replies):
+        self.replies, self.asked = list(replies), []
+
+    def read(self, *asked):
+        self.asked.append(asked)
+        reply = self.replies.pop(0)
+        if isinstance(reply, Exception):
+            raise reply
+        return reply
+
+
+@pytest.fixture
+def with_model(parser, encoder, proposer, verifier):
+    def made(model, viewpoint="robot", strict=False):
+        return Interpreter(lambda: parser, encoder, proposer, lambda: verifier, viewpoint, lambda: model, strict)
+
+    return made
+
+
+def build(*parts):
+    return ModelReply("build", Goal(parts))
+
+
+CUPS = goal_scenes()["cans and cups"]
+
+
+def test_its_goal_is_built_as_it_said_whatever_the_default_reader_would_make_of_it(with_model):
+    line = StructurePart("line", objects=(0, 3))
+    read = with_model(Model(build(line))).interpret("stelle die rote Dose neben die rote Tasse", CUPS)
+    assert (read.status, read.goal, read.by_model, read.fallback) == ("ok", Goal((line,)), True, "")
+    assert read.objects == ("can", "cup")
+
+
+def test_it_is_asked_about_corrections_with_the_goal_so_far(with_model):
+    before, after = StructurePart("line", objects=(3, 4, 5)), StructurePart("circle", objects=(3, 4, 5))
+    model = Model(build(after))
+    read = with_model(model).interpret("rounder", CUPS, Goal((before,)))
+    assert read.goal == Goal((after,)) and model.asked[0][2] == Goal((before,))
+
+
+def test_its_goals_are_the_speakers(with_model):
+    left = StructurePart("line", x_position="left", objects=(3, 4))
+    read = with_model(Model(build(left)), "opposite").interpret("a row on the left", CUPS)
+    assert read.goal == Goal((StructurePart("line", x_position="right", objects=(3, 4)),))
+
+
+def test_words_for_objects_are_looked_up_where_the_scene_comes_later(with_model):
+    read = with_model(Model(build(StructurePart("tower", objects=("the cans",))))).interpret("stack the cans")
+    assert read.among(["can", "mug", "can"]).goal == Goal((StructurePart("tower", objects=(0, 2)),))
+
+
+def test_its_question_refusal_and_remark_are_passed_on(with_model):
+    goals = tuple(Goal((StructurePart("tower", objects=two),)) for two in ((0, 1), (0, 2)))
+    replies = ModelReply("ask", question="Which?", options=goals), ModelReply("refuse", reason="No."), ModelReply("none", reason="Two.")
+    reader = with_model(Model(*replies))
+    asked, refused, remark = (reader.interpret(text, CUPS) for text in ("stack two cans", "a bridge", "how many?"))
+    assert (asked.status, asked.message, asked.choices) == ("ask", "Which?", goals)
+    assert asked.question.options == ("tower of can, can 2", "tower of can, can 3")
+    assert (refused.status, refused.message, refused.nothing) == ("refused", "No.", False)
+    assert (remark.status, remark.message, remark.nothing) == ("refused", "Two.", True)
+
+
+def test_where_it_cannot_be_used_the_default_reader_reads_from_then_on_and_it_is_said(with_model):
+    model = Model(LLMError("the server hung up"))
+    reader = with_model(model)
+    for _ in range(2):
+        read = reader.interpret("stack the cans")
+        assert read.spec == StructureSpec("tower") and "hung up" in read.fallback and not read.by_model
+    assert len(model.asked) == 1
+    with pytest.raises(LLMError):
+        with_model(Model(LLMError("the server hung up")), strict=True).interpret("stack the cans")
+
+
+def test_an_illegal_reply_costs_its_own_text_and_no_other(with_model):
+    tower = StructurePart("tower", objects=("the cans",))
+    reader = with_model(Model(IllegalReplyError("no legal answer"), build(tower)))
+    first, second = (reader.interpret("stack the cans") for _ in range(2))
+    assert "no legal answer" in first.fallback and first.spec == StructureSpec("tower")
+    assert second.fallback == "" and second.by_model

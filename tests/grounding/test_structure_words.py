@@ -12,6 +12,8 @@ SPIRAL = """\
 name = "spiral"
 number = 13
 slots = ["size", "x_position"]
+keys = ["gap"]
+least = 3
 [words]
 nouns = ["spiral", "whorl"]
 [grammar]
@@ -42,6 +44,7 @@ def test_another_shape_is_another_file(tmp_path, monkeypatch):
     monkeypatch.setattr(structure_words, "FOLDER", tmp_path)
     found = structure_words._all_structures()
     assert list(found)[-1] == "spiral" and found["spiral"].slots == ("size", "x_position")
+    assert (found["spiral"].keys, found["spiral"].least) == (("gap",), 3)
     monkeypatch.setattr(structure_words, "STRUCTURES", found)
     assert words_of_all("nouns")[-2:] == ("spiral", "whorl")
 
@@ -50,6 +53,7 @@ def test_another_shape_is_another_file(tmp_path, monkeypatch):
     ("change", "message"),
     [
         (("nouns = [\"spiral\", \"whorl\"]", "noun = [\"spiral\"]"), r"spiral.toml, \[words\]: unknown key 'noun'; legal keys: nouns,"),
+        (("[\"gap\"]", "[\"gaps\"]"), "spiral.toml: keys cannot hold 'gaps'; legal values: order, gap,"),
         (("number = 13\n", ""), "spiral.toml: the key 'number' is missing"),
         (("number = 13", "number ="), "spiral.toml is not a TOML file"),
     ],

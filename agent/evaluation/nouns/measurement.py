@@ -31,8 +31,8 @@ from agent.perception.nouns.evidence import likeliest
 from agent.perception.nouns.recognition import CONFIDENT, HOW_TO_GET, nouns_available
 from agent.perception.perceive import perceive
 from agent.recordings.load import read_recording
-from grounding.references.lexicon import meanings
-from grounding.references.object_names import read_name
+from grounding.resolve.lexicon import meanings
+from grounding.resolve.object_names import read_name
 from grounding.spec import FIRST_SHAPES
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.parallel import in_parallel

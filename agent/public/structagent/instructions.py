@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from agent.errors import NOT_BUILDABLE
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
-from grounding.references.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject
 from grounding.spec import LEGAL_VALUES, SLOTS, StructureSpec
 from structagent.arguments import check_choice, check_text, is_listing, shown, wrong_argument
 from structagent.clouds import checked_names
@@ -19,6 +19,7 @@ from structagent.scenes import Scene
 
 if TYPE_CHECKING:
     from agent.pipeline.resources import ResourceCache
+    from agent.scenes.sources import SceneSource
     from grounding.interpretation import Interpretation
 
 PARSERS = ("embedding", "llm")
@@ -36,11 +37,12 @@ class ParsedInstruction:
             into those that were given, or the text's words without a scene. Empty if it is refused or needs a question.
         status: "ok", "ask" (the speaker has to say more) or "refused".
         message: the question, the reason of a refusal, or a remark; may be empty.
-        options: with "ask", the possible answers, the most likely first.
+        options: with "ask", the possible answers, the most likely first; they may be whole goals in words.
         objects: the names of the selected objects, or the text's words for them without a scene; `None` for all.
         dropped: slot -> value that was understood but cannot go with the rest, such as a tower's size.
         confidence: slot -> how sure the parser is, in [0, 1].
-        suggestions: with "refused", goals that the text may mean, the likeliest first; never built unless asked for.
+        suggestions: goals that the text may mean, the likeliest first; never built unless asked for. With "ask", those
+            behind the options.
     """
 
     text: str
@@ -133,29 +135,27 @@ def _interpreted(
     return cache.interpreter(ReadingOptions(parser, viewpoint)).interpret(text, referents)
 
 
-def buildable(goal: Interpretation, hint: str = "") -> Interpretation:
-    """Return an interpretation that says what to build, and refuse any other.
-
-    Args:
-        goal: the interpretation.
-        hint: what may help where objects have other names.
-
-    Raises:
-        StructagentError: if it is refused, or has to ask.
-    """
+def _buildable(goal: Interpretation, referents: Sequence[SceneObject] | None, hint: str = "") -> Interpretation:
+    """Return an interpretation that says what to build; raise `StructagentError` for any other."""
     if goal.status != "ok":
-        hints = (goal.message, hint if goal.status == "refused" else "")
-        raise StructagentError(in_python("; ".join(filter(None, hints))), NOT_BUILDABLE)
+        from agent.pipeline.event_builders import why_not
+
+        names = None if referents is None else [each.name for each in referents]
+        raise StructagentError(in_python(why_not(goal, names, hint)), NOT_BUILDABLE)
     return goal
 
 
-def goal_of_text(cache: ResourceCache, text: Any, viewpoint: Any, parser: Any = PARSERS[0]) -> Interpretation:
-    """Interpret a sentence without known objects.
+def goal_of_text(cache: ResourceCache, text: Any, viewpoint: Any, source: SceneSource) -> Interpretation:
+    """Interpret a sentence about the objects of a source, or about those that it can draw.
 
     Raises:
         StructagentError: if it is refused, or has to ask.
     """
-    return buildable(_interpreted(cache, text, viewpoint, parser))
+    if not source.catalogue:
+        read = _interpreted(cache, text, viewpoint, PARSERS[0], source.referents)
+        return _buildable(read, source.referents, source.hint)
+    read = _buildable(_interpreted(cache, text, viewpoint, PARSERS[0]), None)
+    return _buildable(read.among(source.referents, True), source.referents, source.hint)
 
 
 def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint: str, parser: str) -> SceneGoal:
@@ -164,7 +164,7 @@ def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint:
     Raises:
         StructagentError: if it is refused, needs a question, or names objects that are not there.
     """
-    goal = buildable(_interpreted(cache, text, viewpoint, parser, scene.referents))
+    goal = _buildable(_interpreted(cache, text, viewpoint, parser, scene.referents), scene.referents)
     notes = (goal.message, goal.fallback, *dropped_notes(goal.spec, goal.parse.dropped))
     notes = tuple(filter(None, notes))
     if goal.goal.plain_spec is None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grounding.references.attributes import ObjectAttributes, SceneObject
+from grounding.resolve.attributes import ObjectAttributes, SceneObject
 from structagent.clouds import (
     check_places,
     checked_bottoms,
@@ -18,8 +18,7 @@ from structagent.clouds import (
     checked_table,
 )
 from structagent.errors import public_errors
-from structdiffusion.observation import ObjectCloud, Table
-from structdiffusion.observation import Scene as Observation
+from structdiffusion.observation import ObjectCloud, Scene as Observation, Table
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -88,7 +87,7 @@ class Scene:
         shades = checked_colors(colors, points)
         heights, top = checked_bottoms(bottoms, len(points)), checked_table(table)
         check_places(points, top, heights)
-        from grounding.references.object_names import read_name
+        from grounding.resolve.object_names import read_name
 
         nouns = tuple(read_name(name).head or name or UNNAMED for name in given)
         attributes = _attributes(points, shades, heights)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from structagent.arguments import MOST_SEED, checked_integer, checked_pose, shown, wrong_argument
 from structagent.engine import computing
 from structagent.errors import public_errors
-from structagent.instructions import buildable, goal_of_text
+from structagent.instructions import goal_of_text
 from structagent.scenes import Scene
 
 if TYPE_CHECKING:
@@ -63,8 +63,8 @@ def load_scene(
         if instruction is None:
             with origin.set_out(seed) as table:
                 return _as_seen(table)
-        goal = goal_of_text(cache, instruction, viewpoint).among(origin.referents, origin.catalogue)
-        with origin.open(buildable(goal, origin.hint), seed) as table:
+        goal = goal_of_text(cache, instruction, viewpoint, origin)
+        with origin.open(goal, seed) as table:
             return _as_seen(table)
 
 

@@ -14,6 +14,7 @@ from agent.pipeline.run import RunOptions
 from structdiffusion.simulation.depth_camera import BESIDE, VIEWS
 from structdiffusion.simulation.world import TabletopWorld
 from tests.agent.event_log import EventLog
+from tests.grounding.scripted_reader import ScriptedReader
 
 DESK = Path(__file__).parent / "desk.yaml"
 
@@ -45,6 +46,46 @@ def small_pictures(monkeypatch):
 @pytest.fixture(scope="session")
 def cache() -> ResourceCache:
     return ResourceCache()
+
+
+# What the sentences of the tests mean on the desk: cups 0 to 2 (red, green, purple), boxes 3 and 4, the orange 5.
+MEANINGS = {
+    "put the cups in a small circle on the left": "circle of 0, 1, 2, small, left",
+    "put the cups in a circle on the left": "circle of 0, 1, 2, left",
+    "put the cups in a circle": "circle of 0, 1, 2",
+    "put the cups in a line": "line of 0, 1, 2",
+    "put the cups in a row": "line of 0, 1, 2",
+    "stack the boxes": "tower of 3, 4",
+    "stack the boxes on the right": "tower of 3, 4, right",
+    "put the boxes in a line on the left": "line of 3, 4, left",
+    "put the orange to the left of box 1": "5 left of 3",
+    "circle of 0, 1, 2, small, left > now as a line": "line of 0, 1, 2, small, left",
+    "tower of 3, 4, right > now a line": "line of 3, 4, right",
+    "put everything in a line with gaps of 30 cm": "line of everything else, gap 30 cm",
+    "put cup 2 and the orange in a line": "line of 1, 5",
+    "make a line of the cups and box 1": "line of 0, 1, 2, 3",
+    "make a line of the cups and box 2": "line of 0, 1, 2, 4",
+    "make it a line": "line of 0, 1, 2, right",
+    "again, please, as a line": "line of 0, 1, 2, small, left",
+    "put the cups": "? " + " | ".join(f"{shape} of 0, 1, 2" for shape in ("circle", "line", "tower")),
+    "hello, can you put the cups in a line?": "line of 0, 1, 2",
+    "thanks, what about a circle?": "circle of 0, 1, 2",
+    "who won the football match?": "-",
+    "what a nice day": "-",
+    "make something nice with the cups": "? " + " | ".join(f"{shape} of 0, 1, 2" for shape in ("circle", "line", "tower")),
+}  # fmt: skip
+
+
+@pytest.fixture
+def told(cache, monkeypatch):
+    """Tell a conversation what sentences mean, besides `MEANINGS`; see `ScriptedReader`."""
+
+    def tell(meanings):
+        script = MEANINGS | meanings
+        monkeypatch.setattr(cache, "interpreter", lambda options: ScriptedReader(script, options.viewpoint, cache.encoder))
+
+    tell({})
+    return tell
 
 
 @pytest.fixture

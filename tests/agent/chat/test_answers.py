@@ -11,6 +11,7 @@ from agent.chat.knowledge import Knowledge
 from agent.chat.state import Situation
 from agent.chat.table_facts import matching_facts, object_facts, place_in_words
 from grounding.dialogue.acts import acts_of
+from grounding.dialogue.state import Dialogue
 from structdiffusion.observation import ObjectCloud, Scene
 
 TABLE = (0.18, 0.72, -0.45, 0.45)
@@ -44,7 +45,7 @@ def seen(clouds) -> events.Perceived:
 @pytest.fixture
 def known() -> Knowledge:
     clouds = [cloud(*thing) for thing in THINGS]
-    return Knowledge(seen(clouds), Situation(None, tuple(one.name for one in clouds), {}))
+    return Knowledge(seen(clouds), Situation(Dialogue(), tuple(one.name for one in clouds), {}))
 
 
 @pytest.mark.parametrize(
@@ -108,7 +109,7 @@ def test_what_stands_on_something_is_said_to():
 
 def test_without_colours_none_is_claimed():
     clouds = [cloud(name, noun, None, at, sides) for name, noun, _, at, sides in THINGS]
-    known = Knowledge(seen(clouds), Situation(None, (), {}))
+    known = Knowledge(seen(clouds), Situation(Dialogue(), (), {}))
     assert answer(acts_of("what colour is the box"), known) == "The color of the box was not seen."
     assert answer(acts_of("how many cups"), known) == "There are 2 cups: cup 1 and cup 2."
     assert answer(acts_of("is there a red cup"), known).startswith("I cannot tell what is “red”. Yes: cup 1")
@@ -121,7 +122,7 @@ def test_words_of_a_recording_are_kept(known):
 
 
 def test_an_empty_table():
-    known = Knowledge(seen([]), Situation(None, (), {}))
+    known = Knowledge(seen([]), Situation(Dialogue(), (), {}))
     for line in ("what do you see", "where is the cup", "is there a cup", "how many things are there", "which one is the tallest"):
         assert "Nothing stands on the table." in answer(acts_of(line), known)
 
@@ -144,7 +145,7 @@ def test_places(position, words):
     assert place_in_words(position, TABLE) == words
 
 
-def test_a_proposal_is_explained(conversation):
+def test_a_proposal_is_explained(conversation, told):
     conversation.say("put the cups in a small circle on the left")
     known = conversation._known()
     why = answer(acts_of("why that one"), known)

@@ -9,7 +9,8 @@ from agent.chat.conversation import Conversation
 from agent.chat.greeting import invitation, suggestion
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.pipeline.run import RunOptions
-from grounding.references.selection import select_objects
+from grounding.resolve.goal import resolve_phrase
+from grounding.resolve.referents import Referents
 from grounding.spec import StructureSpec
 from tests.agent.chat.conftest import DESK
 
@@ -22,9 +23,10 @@ SEED = re.compile(r"structagent (?:serve|chat|mcp)[^\n#]*--seed (\d+)")
 
 def assert_can_be_read(cache, table, suggested):
     """The words mean the slots and the objects that are meant."""
-    parse = cache.interpreter(ReadingOptions("embedding", "robot", None, None)).parse(suggested.text)
-    assert (parse.status, parse.spec) == ("ok", suggested.spec)
-    indices = select_objects(suggested.text, table.display_names, cache.encoder).indices
+    read = cache.interpreter(ReadingOptions()).interpret(suggested.text)
+    assert (read.status, read.spec) == ("ok", suggested.spec)
+    words = re.search(r"the \w+|everything", suggested.text).group()
+    indices = resolve_phrase(words, Referents(table.display_names, cache.encoder)).indices
     assert {table.names[index] for index in indices} == set(suggested.objects)
 
 
@@ -84,7 +86,7 @@ def test_what_is_suggested_is_built(cache, sent, seed):
     with Conversation(RunOptions("simulated", model="geometric", seed=seed), cache, [sent]) as conversation:
         suggested = conversation.example()
         assert conversation.say(suggested.text)
-        assert conversation.situation.goal == suggested.spec
+        assert conversation.situation.goal.plain_spec == suggested.spec
         assert set(conversation.situation.objects) == set(suggested.objects)
         assert conversation.go(), sent[-2:]
 

@@ -9,6 +9,8 @@ import pytest
 from agent.chat.history import History
 from agent.chat.state import Proposal, Situation
 from agent.events import Candidate, Proposed
+from grounding.dialogue.state import Dialogue
+from grounding.goals.goal import Goal
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Arrangement
 
@@ -24,11 +26,11 @@ def proposal(scene) -> Proposal:
     seen = replace(scene, color=picture)
     arrangements = (Arrangement(np.tile(np.eye(4), (3, 1, 1)), {"total": 0.5}),) * 64
     candidates = tuple(Candidate(rank, {"total": 0.5}, ((0.1, 0.2, 0.3),) * 3, (0.0,) * 3) for rank in range(1, 65))
-    return Proposal(StructureSpec("circle"), seen, Proposed("geometric", candidates, 1.0, seen, arrangements), 64)
+    return Proposal(Goal(), StructureSpec("circle"), seen, Proposed("geometric", candidates, 1.0, seen, arrangements), 64)
 
 
 def situation(name: str, proposal: Proposal | None, shown: Proposal | None) -> Situation:
-    return Situation(StructureSpec("circle"), (name,), {name: np.eye(4)}, proposal, shown=shown)
+    return Situation(Dialogue(), (name,), {name: np.eye(4)}, proposal, shown=shown)
 
 
 def test_a_turn_is_kept_small_and_comes_back_whole(proposal):

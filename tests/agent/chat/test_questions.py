@@ -12,8 +12,9 @@ from agent.chat.commands import command_of
 from agent.chat.knowledge import Knowledge
 from agent.chat.state import Build, Situation
 from grounding.dialogue.acts import acts_of
-from grounding.spec import StructureSpec
+from grounding.dialogue.state import Dialogue
 from structdiffusion.observation import ObjectCloud, Scene
+from tests.grounding.goal_in_words import goal_of_words
 
 TABLE = (0.18, 0.72, -0.45, 0.45)
 COLORS = {
@@ -49,7 +50,7 @@ def known() -> Knowledge:
         for one in clouds
     )
     seen = events.Perceived(objects, TABLE, 0.0, scene=scene)
-    return Knowledge(seen, Situation(None, tuple(one.name for one in clouds), {}))
+    return Knowledge(seen, Situation(Dialogue(), tuple(one.name for one in clouds), {}))
 
 
 @pytest.mark.parametrize(
@@ -113,9 +114,10 @@ def test_what_the_arm_cannot_take_is_said(known):
 
 
 def test_what_is_left_and_what_was_built(known):
-    line, cups = StructureSpec("line"), ("cup 1", "cup 2")
-    built = Build(line, cups, {}, cups, "")
-    situation = Situation(line, cups, {}, builds=(built,))
+    names = tuple(name for name, *_ in THINGS)
+    line, cups = goal_of_words("line of 0, 1"), ("cup 1", "cup 2")
+    built = Build(line, names, {}, cups, "")
+    situation = Situation(Dialogue(line), names, {}, builds=(built,))
     assert answer(acts_of("what is left to do"), replace(known, situation=situation)).startswith(
         "Nothing is left to do: a line of cup 1 and cup 2 stands as asked."
     )
@@ -126,7 +128,7 @@ def test_what_is_left_and_what_was_built(known):
     assert (
         answer(acts_of("what did you build"), replace(known, situation=failed)).count("a line of cup 1 and cup 2") == 2
     )
-    wanted = replace(situation, goal=StructureSpec("circle"))
+    wanted = replace(situation, dialogue=Dialogue(goal_of_words("circle of 0, 1")))
     assert answer(acts_of("what remains to be done?"), replace(known, situation=wanted)).startswith(
         "Still to build: a circle"
     )
@@ -135,14 +137,14 @@ def test_what_is_left_and_what_was_built(known):
 @pytest.mark.parametrize(
     ("line", "name"),
     [
-        ("stop right there", "/stop"), ("wait, stop!", "/stop"), ("don't move", "/stop"), ("never mind", "/stop"),
+        ("stop right there", "/stop"), ("wait, stop!", "/stop"), ("don't move", "/stop"),
         ("ok let's start all over", "/reset"), ("back to square one", "/reset"), ("/start over", "/reset"),
         ("go back one step", "/undo"), ("oops, undo the last thing", "/undo"), ("take back the last move", "/undo"),
         ("can you try that again please", "/again"), ("show me something else", "/again"), ("another one", "/again"),
         ("Something else!", "/again"), ("next", "/again"), ("the next one please", "/again"), ("try again", "/again"),
         ("a different arrangement", "/again"), ("can I see another?", "/again"), ("how about something different", "/again"),
         ("show me other options", "/again"), ("not that one", "/again"), ("what else?", "/again"), ("another", "/again"),
-        ("forget everything I said", "/clear"), ("clear all", "/clear"), ("/never mind", "/stop"), ("finish the job", "/continue"),
+        ("forget everything I said", "/clear"), ("clear all", "/clear"), ("finish the job", "/continue"),
         ("I am done", "/quit"),
     ],
 )  # fmt: skip

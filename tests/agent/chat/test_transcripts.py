@@ -28,8 +28,8 @@ bigger
 /choose 2
 /plan
 y
-make something nice with the boxes
-tower
+put the orange on the box
+box 2
 n
 put the bananas in a row
 /viewpoint opposite
@@ -71,7 +71,7 @@ def through_a_pipe(folder: Path) -> str:
 def in_a_terminal(folder: Path) -> str:
     with Terminal([*ARGUMENTS, "--out", str(folder / "out")], folder) as terminal:
         terminal.until_prompt()
-        for line in ("make something nice with the cups", "1", "smaller, and on the left"):
+        for line in ("put the cups", "1", "smaller, and on the left"):
             terminal.type(line)
             terminal.until_prompt()
         terminal.type("y")

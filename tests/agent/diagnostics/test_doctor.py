@@ -8,10 +8,9 @@ import re
 import shutil
 import subprocess
 import sys
-import threading
 import tomllib
 from collections.abc import Iterator, Sequence
-from http.server import BaseHTTPRequestHandler, HTTPServer
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -23,6 +22,8 @@ from agent.diagnostics.doctor import PYTHON, examine, exit_code
 from agent.diagnostics.installation import changed_files
 from agent.diagnostics.requirements import ROOT, Requirement, required
 from agent.diagnostics.subprocess_worker import Outcome, carry_out
+from grounding.goals.goal import Goal
+from tests.grounding.language_model.oracle import Oracle, OracleRow, completion, serving_oracle
 
 OUTCOMES: dict[str, Outcome] = {}  # of probes that no test of this module can change
 CRASH = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
@@ -176,33 +177,50 @@ def test_a_broken_configuration_is_one_check_of_many(once, tmp_path, command, ca
     assert "  ok    diffusion" in captured.out and "\x1b" not in captured.out
 
 
-@pytest.fixture
-def server():
-    """An endpoint that lists its models to whoever has the key "hunter2"."""
-
-    class Answers(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200 if self.headers["Authorization"] == "Bearer hunter2" else 401)
-            self.end_headers()
-
-        def log_message(self, *_: object) -> None:
-            pass
-
-    with HTTPServer(("127.0.0.1", 0), Answers) as here:
-        threading.Thread(target=here.serve_forever, daemon=True).start()
-        yield f"http://127.0.0.1:{here.server_port}/v1"
-        here.shutdown()
+SENTENCE = OracleRow(
+    "put the cups in a small circle on the left", None, Goal(), "build",
+    Goal.from_dict({"parts": [
+        {"kind": "structure", "shape": "circle", "size": "small", "x_position": "left", "objects": [2, 0, 1]}
+    ]}),
+)  # fmt: skip
 
 
-def test_endpoint(server, monkeypatch):
-    ask = [f"endpoint {server}", f"endpoint {server}/chat/completions", "endpoint http://127.0.0.1:1/v1"]
-    assert ["wants a key" in outcome.said for outcome in carry_out(ask, 60.0)] == [True, True, False]
-    monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter2")
-    first, second, nobody = carry_out(ask, 60.0)
-    assert first.works and second.works and not nobody.works and "ConnectError" in nobody.said
-    monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter3")
-    (outcome,) = carry_out(ask[:1], 60.0)
-    assert "wants another key" in outcome.said and "hunter" not in outcome.said
+class Keeper(Oracle):
+    """A model that answers whoever has the key "hunter2"."""
+
+    row = SENTENCE
+
+    def answer(self, body, headers):
+        if headers["Authorization"] != "Bearer hunter2":
+            return 401, {}
+        return completion(self.row) if self.takes_schema or "response_format" not in body else (400, {})
+
+
+def asked(task):
+    (outcome,) = carry_out([task], 60.0)
+    return outcome.works, outcome.said
+
+
+def test_endpoint(monkeypatch):
+    with serving_oracle(Keeper([])) as oracle:
+        works, said = asked(f"endpoint {oracle.url}")
+        assert not works and "wants a valid key (status 401)" in said
+        monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter3")
+        works, said = asked(f"endpoint {oracle.url}")
+        assert not works and "wants a valid key" in said and "hunter" not in said
+        monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter2")
+        assert not asked(f"keyless-endpoint {oracle.url}")[0]
+        works, said = asked(f"endpoint {oracle.url}/chat/completions some-model")
+        shown = f"some-model at {oracle.url}/chat/completions reads 'put the cups in a small circle on the left'"
+        assert works and re.fullmatch(re.escape(shown) + r" with the JSON schema in \d+\.\d s", said)
+        oracle.takes_schema = False
+        works, said = asked(f"endpoint {oracle.url}")
+        assert works and "default at " in said and "without the JSON schema, which it refuses" in said
+        oracle.row = replace(SENTENCE, decision="refuse", goal=None)
+        works, said = asked(f"endpoint {oracle.url}")
+        assert not works and said.endswith("as 'refuse: This cannot be done.'")
+    works, said = asked("endpoint http://127.0.0.1:1/v1")
+    assert not works and "could not be reached" in said
 
 
 @pytest.mark.parametrize(("parser", "code"), [("embedding", 0), ("llm", 6)])

@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -188,12 +189,14 @@ def test_names_from_a_file_are_quoted_wherever_they_are_told(tmp_path, models, m
 
 def test_options_of_a_question_can_be_sent_back_as_they_were_told(served, monkeypatch):
     """A goal with its names in quotes, and a name as it is."""
+    from grounding.goals.goal import Goal
     from grounding.parse_result import Question
 
     talk = served.table._talk
-    question = Question("part", "which one is meant?", ("cup 1 left of orange", "cup 1"))
+    question = Question("goal", "which one is meant?", ("cup 1 left of orange", "cup 1"))
     answered = []
-    monkeypatch.setattr(talk, "question", question)
+    before, asking = talk.situation, talk.situation.dialogue.asking(question, (Goal(), Goal()))
+    talk.situation = replace(before, dialogue=asking)
     monkeypatch.setattr(talk, "answer", lambda value: answered.append(value) or False)
 
     async def conversation(client):
@@ -204,4 +207,5 @@ def test_options_of_a_question_can_be_sent_back_as_they_were_told(served, monkey
 
     served.speak(conversation)
     monkeypatch.undo()
-    assert answered == ["cup 1 left of orange", "cup 1", "cup 1", "cup 1 left of orange"]
+    talk.situation = before
+    assert answered == [0, 1, 1, 0]

@@ -17,7 +17,8 @@ from agent.evaluation.segmentation.synthetic_tables import synthetic_table
 from agent.perception.segmentation import segment
 from agent.perception.segments import ARM, TABLE
 from agent.recordings.recording import DepthFrame, Recording
-from grounding.references.selection import select_objects
+from grounding.resolve.goal import resolve_phrase
+from grounding.resolve.referents import Referents
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.objects.solids import assemble, box, frustum
@@ -96,8 +97,8 @@ def test_a_name_says_what_distinguishes_an_object(found):
     names = [one.display_name for one in found.objects]
     assert "red" in names[3] and "tall" in names[3]
     assert "blue" in names[4] and "tall" not in names[4]
-    assert select_objects("put the red tall object on the left", names).indices == (3,)
-    assert select_objects("put object 5 on the left", names).indices == (4,)
+    assert resolve_phrase("the red tall object", Referents(names)).indices == (3,)
+    assert resolve_phrase("object 5", Referents(names)).indices == (4,)
 
 
 def test_the_arm_is_no_object(mixed, found):

@@ -12,9 +12,8 @@ from agent.evaluation.benchmark_instructions import read_instructions
 from agent.evaluation.parsing import measure_parsing, print_parsing
 from agent.pipeline.instruction_parser import ReadingOptions
 from grounding.benchmark import free_rows
-from grounding.interpretation import Interpretation
-from grounding.interpreter import Interpreter
 from grounding.parsers.llm_reply import LLMError
+from grounding.propose.network import NetworkProposer
 
 SENTENCE = "a defect of structagent, ZeroDivisionError: division by zero, at grounding/"
 
@@ -22,12 +21,12 @@ SENTENCE = "a defect of structagent, ZeroDivisionError: division by zero, at gro
 @pytest.fixture
 def broken(monkeypatch):
     """Lets the program fail at every text with the word "zebra"."""
-    read = Interpretation.read
+    propose = NetworkProposer.propose
 
-    def fail(self, *arguments, **options):
-        return 1 / 0 if "zebra" in self.parse.text else read(self, *arguments, **options)
+    def fail(self, text, *arguments, **options):
+        return 1 / 0 if "zebra" in text else propose(self, text, *arguments, **options)
 
-    monkeypatch.setattr(Interpretation, "read", fail)
+    monkeypatch.setattr(NetworkProposer, "propose", fail)
 
 
 @pytest.mark.parametrize("option", [[], ["--json"]])
@@ -63,9 +62,13 @@ def test_evaluations_count_it_as_wrong_and_say_so(broken, tmp_path, capfd):
 
 
 def test_the_sentences_of_evaluate_language_are_read_all_the_same(monkeypatch):
-    parse = Interpreter.parse
+    propose = NetworkProposer.propose
     first, *others = [row for row in free_rows() if not row.refuse][:3]
-    monkeypatch.setattr(Interpreter, "parse", lambda self, text: 1 / 0 if text == first.text else parse(self, text))
+
+    def fail(self, text, *arguments, **options):
+        return 1 / 0 if text == first.text else propose(self, text, *arguments, **options)
+
+    monkeypatch.setattr(NetworkProposer, "propose", fail)
     read, _ = read_instructions(list(enumerate([first, *others])), ReadingOptions())
     assert [one.parse.status == "defect" for one in read] == [True, False, False] and not read[0].understood
     assert read[0].parse.message.startswith("a defect of structagent, ZeroDivisionError")

@@ -4,7 +4,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.interpretation import Interpretation
 from grounding.parse_result import Parse
-from grounding.references.selection import Selection
+from grounding.resolve.goal import ResolvedPhrase
 from grounding.spec import StructureSpec
 
 
@@ -13,4 +13,4 @@ def a_line(source, indices=None) -> Interpretation:
     spec, chosen = StructureSpec("line"), range(len(source.referents)) if indices is None else indices
     parse = Parse("line them up", spec, "by hand")
     goal = Goal((StructurePart.of(spec, tuple(chosen)),))
-    return Interpretation(parse, spec, "ok", "", "robot", None, 0.0, selection=Selection(tuple(chosen)), goal=goal)
+    return Interpretation(parse, spec, "ok", "", "robot", None, 0.0, selection=ResolvedPhrase(tuple(chosen)), goal=goal)

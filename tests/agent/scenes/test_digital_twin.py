@@ -15,7 +15,8 @@ from agent.scenes.digital_twin import RecordedSource
 from agent.scenes.record_bag import record_session
 from agent.scenes.sources import FileSource, scene_source
 from agent.scenes.table_scene import TableScene
-from grounding.references.selection import select_objects
+from grounding.resolve.goal import resolve_phrase
+from grounding.resolve.referents import Referents
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box
@@ -74,8 +75,8 @@ def test_the_first_look_is_the_recording_and_later_ones_the_twin(source):
 
 
 def test_words_choose_among_what_was_found(source):
-    assert select_objects("stack the red ones", source.referents).indices == (0, 1)
-    assert select_objects("put the green object and object 1 in a line", source.referents).indices == (0, 2)
+    assert resolve_phrase("the red ones", Referents(source.referents)).indices == (0, 1)
+    assert resolve_phrase("the green object and object 1", Referents(source.referents)).indices == (2, 0)
     with source.open(a_line(source, (1, 2)), 0) as table:
         assert table.names == ("object 2", "object 3", "object 1") and table.count == 2
     with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects \('object 2'\); legal: 2 to 12"):
@@ -85,7 +86,7 @@ def test_words_choose_among_what_was_found(source):
 def test_a_noun_is_what_the_instruction_can_call_it(bag):
     named = RecordedSource(bag, RecordedOptions(nouns={"object 2": "soup can"}))
     assert named.objects[1].name == "soup can 2" and named.objects[1].model.category == "can"
-    assert select_objects("put the can and object 3 in a row", named.referents).indices == (1, 2)
+    assert resolve_phrase("the can and object 3", Referents(named.referents)).indices == (1, 2)
     with pytest.raises(UsageError, match="--call names 'object 9', which was not found; there are: object 1, object 2"):
         RecordedSource(bag, RecordedOptions(nouns={"object 9": "cup"}))
 

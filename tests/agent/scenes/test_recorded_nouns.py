@@ -15,9 +15,10 @@ from agent.pipeline.run import RunOptions, run_instruction
 from agent.recordings.recording import RecordedOptions
 from agent.runtime.output_ownership import OwnFolder, check_own_folder
 from agent.scenes.record_bag import record_session
-from agent.scenes.recorded_nouns import chosen_by_noun, doubts, how_to_name, taken_nouns
+from agent.scenes.recorded_nouns import doubts, how_to_name, taken_nouns
 from agent.scenes.table_scene import TableScene
-from grounding.references.selection import Selection, select_objects
+from grounding.resolve.goal import resolve_phrase
+from grounding.resolve.referents import Referents
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.solids import assemble, box
 
@@ -50,21 +51,19 @@ def test_what_is_taken_for_what_is_said_unless_the_user_said_it():
     ],
 )
 def test_objects_that_may_be_meant_too_are_asked_about(noun, chosen, called, unsure):
-    assert doubts(FOUND, called, Selection(chosen, (noun,))) == unsure
+    assert doubts(FOUND, called, (noun,), chosen) == unsure
 
 
 def test_what_may_have_been_left_out_is_asked_about():
-    left = Selection((1, 2, 3), (), ("mug",))
-    assert chosen_by_noun(left) and not chosen_by_noun(Selection((0, 1))) and not chosen_by_noun(None)
-    assert doubts((FOUND[1], FOUND[2]), {}, Selection((0,), (), ("mug",))) == ["object 3 may be a mug too (0.41)"]
+    assert doubts((FOUND[1], FOUND[2]), {}, ("mug",), (0,)) == ["object 3 may be a mug too (0.41)"]
 
 
 def test_an_object_that_is_one_of_two_is_said_and_meant_by_both_words():
     found = (segment(1, "cup or mug", cup=0.5, mug=0.38), segment(2, "cup", cup=0.9), segment(3, "bowl", bowl=0.8))
     assert taken_nouns(found[:1], {}) == ["object 1 is taken for a cup or mug (0.88)"]
     names = [each.display_name for each in found]
-    assert select_objects("put the mug to the left", names).indices == (0,)
-    assert select_objects("put the cups in a line", names).indices == (0, 1)
+    assert resolve_phrase("the mug", Referents(names)).indices == (0,)
+    assert resolve_phrase("the cups", Referents(names)).indices == (0, 1)
 
 
 def test_the_question_shows_the_picture_and_the_guesses():

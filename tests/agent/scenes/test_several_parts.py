@@ -1,28 +1,25 @@
 """Tables that are drawn for goals of several parts: they have what the words name, and room for it."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
+from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.scenes.several_parts import draw_several_parts, scatter
 from agent.scenes.sources import DrawnSource
 from grounding.goals.goal import Goal
 from grounding.interpretation import Interpretation
 from grounding.interpreter import Interpreter
-from grounding.parse_result import Parse
-from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.objects.model import unique_names
 from structdiffusion.observation import Table
 
 
-class Unused:
-    """A parser of slots that finds nothing: what these sentences mean is read by the reader of goals."""
-
-    name = "unused"
-
-    def parse_batch(self, texts):
-        return [Parse(text, StructureSpec(), "unused") for text in texts]
+@cache
+def interpreter() -> Interpreter:
+    return make_interpreter(ReadingOptions())
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +28,7 @@ def source() -> DrawnSource:
 
 
 def meant(source: DrawnSource, text: str) -> Interpretation:
-    goal = Interpreter(Unused).interpret(text).among(source.referents, catalogue=True)
+    goal = interpreter().interpret(text).among(source.referents, catalogue=True)
     assert goal.status == "ok", goal.message
     return goal
 

@@ -10,8 +10,9 @@ from grounding.benchmark import BenchmarkError
 from grounding.corpus.paraphrases import paraphrase
 from grounding.goal_benchmark.rows import free_goal_rows, goal_scenes, load_goal_rows
 from grounding.goals.goal import Goal
-from grounding.goals.parts import KEYS, RELATIONS, RelationPart, StructurePart
+from grounding.goals.parts import RELATIONS, RelationPart, StructurePart
 from grounding.spec import SHAPES
+from grounding.structure_words import KEYS
 from prompts import load_prompt, prompt_lines, prompt_names
 
 LINE = {"parts": [{"kind": "structure", "shape": "line", "objects": [0, 1]}]}

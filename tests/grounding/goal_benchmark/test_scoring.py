@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from grounding.goal_benchmark.rows import GoalRow
-from grounding.goal_benchmark.scoring import compare_with_row, is_exact_reading, score_goals
+from grounding.goal_benchmark.scoring import compare_with_row, is_exact_reading, is_right_with_an_answer, score_goals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import PartReference, RelationPart, StructurePart
 
@@ -13,6 +13,7 @@ class Reading:
     status: str
     goal: Goal = Goal()
     message: str = ""
+    suggestions: tuple[Goal, ...] = ()
 
 
 LINE, TOWER = StructurePart("line", objects=(0, 1)), StructurePart("tower", objects=(2, 3))
@@ -31,6 +32,15 @@ def test_parts_may_come_in_any_order_and_any_acceptable_goal_will_do():
     either = GoalRow("t", "breakfast", "s", "ok", (Goal((TOWER,)), Goal((LINE,))))
     assert is_exact_reading(either, ok(LINE)) and is_exact_reading(either, ok(TOWER))
     assert compare_with_row(Goal((LINE,)), either)[1] == Goal((LINE,))
+
+
+def test_a_suggestion_and_an_option_of_a_question_are_an_answer_away():
+    right, wrong = Goal((LINE, TOWER)), Goal((LINE,))
+    for status in ("refused", "ask"):
+        assert is_right_with_an_answer(TWO, Reading(status, suggestions=(wrong, right)))
+        assert not is_right_with_an_answer(TWO, Reading(status, suggestions=(wrong,)))
+    assert not is_right_with_an_answer(TWO, Reading("ok", wrong, suggestions=(right,)))
+    assert not is_right_with_an_answer(IDLE, Reading("ask", suggestions=(right,)))
 
 
 def test_everything_else_is_the_list_of_all_others():

@@ -2,8 +2,9 @@
 
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_benchmark.templates import FAMILIES, ROWS_OF_FAMILY, templated_goal_rows
-from grounding.goals.parts import KEYS, RELATIONS
+from grounding.goals.parts import RELATIONS
 from grounding.spec import SHAPES
+from grounding.structure_words import KEYS
 
 
 def test_every_family_shape_key_and_relation_is_there():

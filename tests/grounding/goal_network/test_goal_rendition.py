@@ -6,11 +6,12 @@ import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.goal_rendition import AfterGoal, object_phrases, rendition_of
-from grounding.goal_network.second_reader import SecondReader
 from grounding.goal_network.vocabulary import END, KEYWORD, NUMBER_OF, START, Action, keyword
 from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Order, PartReference, RelationPart, StructurePart
+from grounding.propose.network import NetworkProposer
+from grounding.propose.resolution import resolved
 
 OBJECTS = goal_scenes()["cans and cups"]
 TOWER = StructurePart("tower", x_position="left", objects=(0, 1, 2))
@@ -53,27 +54,19 @@ def test_rendition():
 class Writes:
     """A network that copies the goal's first phrase and a phrase of the sentence into a tower."""
 
-    taught_words = frozenset({"on", "top", "put"})
-
-    def write(self, text, objects=None):
+    def likeliest(self, text, count, objects=None, answers=True):
         words = words_of(text)
-        new = len(words) - 2
-        old = words.index("cans")
+        new, old = len(words) - 2, words.index("cans")
         copied = [Action(START, old - 1), Action(END, old), Action(START, new), Action(END, new + 1)]
-        return WrittenGoal(tuple(words), (Action(KEYWORD, NUMBER_OF["tower of"]), *copied), 0.9)
-
-    def likeliest(self, text, count, objects=None):
-        first = self.write(text)
-        again = replace(first, actions=(first.actions[0], *first.actions[3:], *first.actions[1:3]), certainty=0.05)
-        return [first, again, replace(first, actions=(keyword("nothing"),), certainty=0.03)]
+        first = WrittenGoal(tuple(words), (Action(KEYWORD, NUMBER_OF["tower of"]), *copied), 0.9)
+        return [first, replace(first, actions=(keyword("nothing"),), certainty=0.03)]
 
 
-def test_correction_joins_objects_of_the_goal_with_named_ones():
-    found = SecondReader(Writes, corrector=Writes).correct(Goal((TOWER,)), "on top put red cup", OBJECTS)
-    assert str(found.goal) == "tower of 0, 1, 2, 3"
-    assert found.certainty == pytest.approx(0.95)  # of both ways to write it
-    assert [(each.answer, each.certainty) for each in found.others] == [("nothing", 0.03)]
-    assert found.uncopied == ("on", "top", "put") and not found.unknown
+def test_a_proposal_joins_objects_of_the_goal_with_named_ones():
+    goal, text = Goal((TOWER,)), "on top put red cup"
+    first, second = NetworkProposer(Writes).propose(text, OBJECTS, goal)
+    assert str(resolved(first, text, OBJECTS, None).goal) == "tower of 0, 1, 2, 3"
+    assert first.certainty == 0.9 and (second.answer, second.certainty) == ("nothing", 0.03)
 
 
 def test_marks_stand_for_phrases_of_the_goal_alone():

@@ -13,7 +13,7 @@ from grounding.goal_network.word_presence import (
     UNKNOWN,
     word_presence,
 )
-from grounding.goal_reading.tokens import words_of
+from grounding.resolve.tokens import words_of
 
 
 def presences(scene, text):

@@ -1,14 +1,11 @@
-"""Labelled instructions become lines of the language model, and are mixed with drawn ones."""
+"""Labelled instructions become lines of the language model."""
 
 from __future__ import annotations
 
-from itertools import islice
-
-import numpy as np
 import pytest
 
-from grounding.llm_goals.lines import Said, parts_of
-from grounding.training.adapter_sentences import adapter_sentences, goal_sentence, mixed_sentences
+from grounding.language_model.goal_lines import parts_of
+from grounding.training.adapter_sentences import adapter_sentences, goal_sentence
 from grounding.training.goal_lines import LabelError, goal_lines
 from grounding.training.goal_reader import held_out
 
@@ -33,7 +30,7 @@ from grounding.training.goal_reader import held_out
 def test_a_label_becomes_the_line(text, label, line):
     found = goal_sentence(text, label)
     assert found.line == line
-    assert parts_of(line, Said.of(found.text, found.lengths, found.counts))
+    assert parts_of(line, found.said)
 
 
 @pytest.mark.parametrize(
@@ -57,13 +54,3 @@ def test_nearly_all_labelled_instructions_have_a_line_and_the_held_out_ones_are_
     assert len(seen) + len(unseen) > 0.97 * len(goal_lines())
     held = {row.text for row in goal_lines() if held_out(row)}
     assert {one.text for one in unseen} <= held and held.isdisjoint(one.text for one in seen)
-
-
-def test_sentences_are_mixed_repeatably_and_a_round_repeats_none():
-    first, again = (
-        [one.text for one in islice(mixed_sentences(np.random.default_rng(3)), 400)] for _ in range(2)
-    )
-    assert first == again
-    labelled = {row.text for row in goal_lines()}
-    hand = [text for text in first if text in labelled]
-    assert 0.7 < len(hand) / len(first) < 0.9 and len(set(hand)) == len(hand)

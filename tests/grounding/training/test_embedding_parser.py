@@ -13,21 +13,21 @@ from grounding.training.embedding_parser import BATCH, ParserTraining, train
 
 def test_a_trained_parser_is_written_and_can_be_continued(tmp_path, monkeypatch):
     monkeypatch.setattr("grounding.training.embedding_parser.development_rows", lambda: _some_rows(12))
-    config = train(ParserTraining(out=tmp_path / "one", sentences=2 * BATCH))
+    config = train(ParserTraining(tmp_path / "one", steps=2))
 
     assert json.loads((tmp_path / "one/config.json").read_text()) == config
     assert config["sentences"] == 2 * BATCH and config["before"] == 0
     assert config["development"]["exact"]["n"] == 12
     assert EmbeddingParser.from_pretrained(tmp_path / "one").parse("a small circle").parser == "embedding"
 
-    continued = train(ParserTraining(out=tmp_path / "two", sentences=BATCH, start=tmp_path / "one"))
+    continued = train(ParserTraining(tmp_path / "two", steps=1, start=tmp_path / "one"))
     assert continued["before"] == 2 * BATCH
 
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"sentences": BATCH - 1}, f"sentences must be at least {BATCH} .one batch., not {BATCH - 1}"),
+        ({"steps": 0}, "steps must be at least 1, not 0"),
         ({"threads": 0}, "threads must be at least 1, not 0"),
         ({"rate": 0.0}, "rate must be positive, not 0.0"),
         ({"rate": math.nan}, "rate must be positive, not nan"),

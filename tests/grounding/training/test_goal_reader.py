@@ -9,6 +9,7 @@ import pytest
 
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, START
 from grounding.goal_network.writer import NetworkWriter
+from grounding.training.goal_corrections import goal_corrections
 from grounding.training.goal_lines import GoalLine, LabelError, goal_lines, labelled
 from grounding.training.goal_reader import GoalNetworkTraining, held_out, train
 from grounding.training.goal_variation import varied
@@ -88,37 +89,17 @@ def test_a_network_is_trained_written_and_continued(tmp_path, monkeypatch, encod
         GoalLine("x", "blocks", "what a day", "nothing."),
     )
     monkeypatch.setattr("grounding.training.goal_reader.goal_lines", lambda: lines)
+    monkeypatch.setattr("grounding.training.goal_reader.goal_corrections", lambda: ())
     monkeypatch.setattr("grounding.training.goal_reader.BATCH", 4)
     told = []
-    train(GoalNetworkTraining(tmp_path / "one", steps=2), told.append)
+    train(GoalNetworkTraining(tmp_path / "one", steps=2, corrections=0.0), told.append)
     assert told[0].startswith("step 2 of 2, loss ")
     assert json.loads((tmp_path / "one/config.json").read_text())["steps"] == 2
-    assert NetworkWriter.from_pretrained(encoder, tmp_path / "one").write("stack the cans") is not None
-    train(GoalNetworkTraining(tmp_path / "two", steps=1, start=tmp_path / "one"), told.append)
-    assert (tmp_path / "two/model.safetensors").stat().st_size == (tmp_path / "one/model.safetensors").stat().st_size
-
-
-def test_a_network_of_which_all_is_kept_does_not_change(tmp_path, monkeypatch, encoder):
-    lines = (GoalLine("x", "blocks", "stack the cans", "tower of the cans {0}."),)
-    monkeypatch.setattr("grounding.training.goal_reader.goal_lines", lambda: lines)
-    monkeypatch.setattr("grounding.training.goal_reader.BATCH", 4)
-    train(GoalNetworkTraining(tmp_path / "one", steps=1))
-    for kept in (1.0, 0.0):
-        train(GoalNetworkTraining(tmp_path / f"{kept}", steps=1, start=tmp_path / "one", kept=kept))
-    one, same, other = (NetworkWriter.from_pretrained(encoder, tmp_path / each).decoder.state for each in ("one", "1.0", "0.0"))
-    assert all(np.array_equal(array, same[name]) for name, array in one.items())
-    assert not all(np.array_equal(array, other[name]) for name, array in one.items())
-
-
-def test_illegal_share_that_is_kept_is_named(tmp_path):
-    with pytest.raises(ValueError, match="share that is kept cannot be -0.1; legal values: 0 to 1"):
-        GoalNetworkTraining(tmp_path, kept=-0.1)
-
-
-@pytest.mark.parametrize("wrong", [{"steps": 0}, {"threads": 0}, {"rate": 0.0}])
-def test_illegal_options_are_named(tmp_path, wrong):
-    with pytest.raises(ValueError, match="steps and threads must be at least 1 and the rate positive"):
-        GoalNetworkTraining(tmp_path, **wrong)
+    assert NetworkWriter.from_pretrained(encoder, tmp_path / "one").likeliest("stack the cans", 2)
+    train(GoalNetworkTraining(tmp_path / "two", steps=1, start=tmp_path / "one", corrections=0.0), told.append)
+    one, two = (NetworkWriter.from_pretrained(encoder, tmp_path / each).decoder.state for each in ("one", "two"))
+    far = max(float(np.abs(array - two[name]).max()) for name, array in one.items())
+    assert 0.0 < far < 0.05  # a single step from there
 
 
 def test_illegal_share_of_corrections_is_named(tmp_path):
@@ -128,6 +109,7 @@ def test_illegal_share_of_corrections_is_named(tmp_path):
 
 def test_corrections_are_trained_on(tmp_path, monkeypatch):
     monkeypatch.setattr("grounding.training.goal_reader.goal_lines", lambda: goal_lines()[:60])
+    monkeypatch.setattr("grounding.training.goal_reader.goal_corrections", lambda: goal_corrections()[:60])
     monkeypatch.setattr("grounding.training.goal_reader.BATCH", 4)
     told = []
     train(GoalNetworkTraining(tmp_path, steps=2, corrections=0.9), told.append)

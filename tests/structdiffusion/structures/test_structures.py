@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from grounding.spec import LEGAL_VALUES, SHAPES, SLOTS_OF_SHAPE, StructureSpec
+from grounding.structure_words import STRUCTURES as WORDS
 from structdiffusion.objects.solids import circle_outline
 from structdiffusion.observation import Table
 from structdiffusion.structures import STRUCTURES
@@ -23,6 +24,7 @@ def test_every_shape_has_one_structure():
     assert tuple(STRUCTURES) == SHAPES
     assert all(name == structure.name for name, structure in STRUCTURES.items())
     assert all(structure.slots == SLOTS_OF_SHAPE[name] for name, structure in STRUCTURES.items())
+    assert {name: structure.least for name, structure in STRUCTURES.items()} == {name: each.least for name, each in WORDS.items()}
 
 
 @each

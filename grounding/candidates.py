@@ -1,0 +1,107 @@
+"""Make candidates of proposals: goals whose objects were found, judged by the verifier."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import groupby
+
+from grounding.decide import Candidate
+from grounding.goals.comparison import compare_goals
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
+from grounding.parse_result import Parse
+from grounding.propose.proposal import Proposal
+from grounding.propose.stand_ins import StandIns
+from grounding.resolve.attributes import SceneObject
+from grounding.spec import FIRST_SHAPES, SpecError, StructureSpec
+from grounding.verify.verifier import Judgement, Verifier, pair_of
+
+
+def judged(
+    text: str,
+    proposals: Sequence[Proposal],
+    verifier: Verifier,
+    objects: Sequence[SceneObject] | None,
+    before: Goal = Goal(),
+    parse: Parse | None = None,
+) -> list[Candidate]:
+    """Judge the proposals that can be built, and the likeliest of them with the slots that the parser reads instead.
+
+    Args:
+        text: what was said.
+        proposals: with the objects found.
+        verifier: judges them.
+        objects: of the scene; `None` where they are not known.
+        before: the goal so far.
+        parse: the five slots of an instruction in no known scene; `None` otherwise.
+    """
+    ones = [each for each in proposals if each.goal is not None and not each.problem and each.goal != before]
+    if parse is not None and (other := _with_slots(parse, ones)) is not None:
+        ones = [*(each for each in ones if each.goal != other.goal), other]
+    taught = StandIns.of(text, before)  # the verifier knows no other shapes than the goal network
+    said, so_far = taught.text(text), taught.goal(before)
+    pairs = [pair_of(said, taught.goal(each.goal), objects or (), so_far) for each in ones if each.goal is not None]
+    return [
+        Candidate(
+            one, found.logit, _lost_words(pair.words[pair.first : pair.end], found), float(found.lost.max(initial=0.0)),
+            _agreement(parse, one),
+        )
+        for one, pair, found in zip(ones, pairs, verifier.judge(pairs), strict=True)
+    ]
+
+
+def added_up(proposals: Sequence[Proposal], count: int | None) -> list[Proposal]:
+    """Return proposals of one text, those that come to the same as one, the most certain first."""
+    found = list[Proposal]()
+    for one in proposals:
+        like = next((number for number, each in enumerate(found) if _alike(each, one, count)), None)
+        if like is None:
+            found.append(one)
+        else:
+            found[like] = replace(found[like], certainty=found[like].certainty + one.certainty)
+    return sorted(found, key=lambda each: -each.certainty)
+
+
+def _alike(one: Proposal, other: Proposal, count: int | None) -> bool:
+    """Return whether two proposals come to the same goal, or to the same answer in place of one."""
+    if one.goal is None or other.goal is None:
+        return one.goal is other.goal and bool(one.answer) and one.answer == other.answer
+    return one.goal == other.goal if count is None else compare_goals(one.goal, other.goal, count).exact
+
+
+def _plain(goal: Goal | None) -> StructureSpec | None:
+    """Return the slots of a goal that five slots can hold, as the parser knows them."""
+    spec = None if goal is None else goal.plain_spec
+    return spec if spec is not None and spec.shape in (None, *FIRST_SHAPES) else None
+
+
+def _agreement(parse: Parse | None, one: Proposal) -> float:
+    """Return how surely the parser of the five slots reads the same plain structure; see `Candidate`."""
+    spec = _plain(one.goal)
+    if parse is None or spec is None:
+        return 0.0
+    certainty = min(parse.confidence.values(), default=0.5)
+    return certainty if parse.status != "refused" and spec == parse.spec else -certainty
+
+
+def _with_slots(parse: Parse, proposals: Sequence[Proposal]) -> Proposal | None:
+    """Return the likeliest proposal of a plain structure with the slots that the parser reads; `None` where there is none, or these
+    are the same.
+    """
+    one = next((each for each in proposals if _plain(each.goal) is not None), None)
+    if one is None or one.goal is None or one.worded is None or parse.status == "refused" or _plain(one.goal) == parse.spec:
+        return None
+    try:
+        goal = Goal((StructurePart.of(parse.spec, one.goal.parts[0].objects),))  # type: ignore[arg-type]
+    except SpecError:
+        return None
+    parts = tuple({"kind": "structure", "objects": part["objects"], **parse.spec.to_dict()} for part in one.worded.parts)
+    return replace(one, goal=goal, worded=replace(one.worded, parts=parts))
+
+
+def _lost_words(words: Sequence[str], judged: Judgement) -> tuple[str, ...]:
+    """Return the words that are likelier lost than held, those that follow one another together."""
+    lost = [word[0].isalnum() and share > 0.5 for word, share in zip(words, judged.lost, strict=True)]
+    runs = groupby(range(len(words)), key=lost.__getitem__)
+    return tuple(" ".join(words[place] for place in places) for is_lost, places in runs if is_lost)

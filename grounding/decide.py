@@ -1,0 +1,147 @@
+"""Decide what becomes of the goals that were proposed for a text: build one, ask, or refuse.
+
+Two thresholds in all, chosen once on held-back instructions (docs/results.md): the probability that a goal is what was meant from
+which on it is built, and from which on it is offered in a question.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from grounding.goals.goal import Goal
+from grounding.propose.proposal import Proposal
+
+BUILD = 0.62
+OFFER = 0.15
+MOST_OFFERED = 2
+_LEAST = 1e-6
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A proposed goal with all that is known of it.
+
+    Attributes:
+        proposal: the goal.
+        logit: the verifier's.
+        lost: the words that the verifier takes for lost, those that follow one another together.
+        doubt: the highest probability of a word to be lost.
+        agreement: how sure the parser of the five slots is of the same plain structure, 0 to 1; the negative of it where it reads
+            something else; 0 of goals that five slots cannot hold.
+        unknown: words of the text that nobody knows.
+    """
+
+    proposal: Proposal
+    logit: float = 0.0
+    lost: tuple[str, ...] = ()
+    doubt: float = 0.0
+    agreement: float = 0.0
+    unknown: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What becomes of a text.
+
+    Attributes:
+        status: "ok", "ask" or "refused".
+        chosen: the candidate that is built, or the likeliest one; `None` where there is none.
+        offered: goals to choose from, the likeliest first.
+        probability: that the chosen goal is what was meant.
+        nothing: the certainty that nothing is asked for, nothing that can be built, or nothing clear.
+    """
+
+    status: str
+    chosen: Candidate | None = None
+    offered: tuple[Goal, ...] = ()
+    probability: float = 0.0
+    nothing: float = 0.0
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """What is known besides the candidates.
+
+    Attributes:
+        nothing: the certainty that nothing is asked for, nothing that can be built, or nothing clear.
+        follows: whether there is a goal so far.
+        scene: whether it is known what is there.
+    """
+
+    nothing: float = 0.0
+    follows: bool = False
+    scene: bool = True
+
+
+def features(candidates: Sequence[Candidate], number: int, known: Circumstances) -> list[float]:
+    """Return what the probability of a candidate is computed from: the judgements, the certainties and the circumstances.
+
+    Without a scene the parser's agreement counts: the goal network was taught in scenes, and the parser without any.
+    """
+    one = candidates[number]
+    own, others = one.proposal.certainty, [each for place, each in enumerate(candidates) if place != number]
+    surest = max((each.proposal.certainty for each in others if each.proposal.certainty != own), default=0.0)
+    agreement = math.copysign(_logit(abs(one.agreement)), one.agreement) if one.agreement else 0.0
+    return [
+        1.0, one.logit, _logit(own), max((each.logit for each in others), default=-8.0), _logit(known.nothing),
+        float(one.agreement > 0), float(one.agreement < 0), float(known.follows), _logit(one.doubt),
+        _logit(own / (own + surest)) if own > 0.0 else 0.0, agreement, float(not known.scene),
+        0.0 if known.scene else _logit(own),
+    ]  # fmt: skip
+
+
+def decide(
+    candidates: Sequence[Candidate], proposals: Sequence[Proposal], weights: Sequence[float], follows: bool = False,
+    scene: bool = True,
+) -> Decision:
+    """Decide about a text.
+
+    Args:
+        candidates: the goals that can be built here.
+        proposals: all, with those that have no goal.
+        weights: of the `features`, in their order.
+        follows: whether there is a goal so far.
+        scene: whether it is known what is there.
+    """
+    nothing = sum(each.certainty for each in proposals if each.answer)
+    known = Circumstances(nothing, follows, scene)
+    shares = [
+        _sigmoid(sum(w * x for w, x in zip(weights, features(candidates, number, known), strict=True)))
+        for number in range(len(candidates))
+    ]
+    order = sorted(range(len(candidates)), key=lambda number: -shares[number])
+    doubt = next((each for each in proposals if each.question is not None), None)
+    best = candidates[order[0]] if order else None
+    # What was likelier meant cannot be had: something else that can be is no answer to it.
+    barred = best is not None and any(each.problem and each.certainty > best.proposal.certainty for each in proposals)
+    if best is not None and shares[order[0]] >= BUILD and not barred:
+        best = replace(best, lost=tuple(dict.fromkeys((*best.lost, *best.unknown))))
+        # Most of what is said about a goal are a few words, each of which counts; in a scene few words of a right goal seem lost.
+        asks = (follows and bool(best.unknown)) or (scene and best.doubt >= BUILD and bool(best.lost))
+        goals = (best.proposal.goal,) if asks and best.proposal.goal is not None else ()
+        return Decision("ask" if asks else "ok", best, goals, shares[order[0]], nothing)
+    likeliest = max(proposals, key=lambda each: each.certainty, default=None)
+    rivals = [each.certainty for each in proposals if each.goal is not None]
+    if likeliest is not None and likeliest.answer != "unclear":  # what is unclear to the proposer is what the question asks
+        rivals.append(nothing)
+    if doubt is not None and doubt.certainty >= max(rivals, default=0.0):
+        return Decision("ask", Candidate(doubt), (), 0.0, nothing)
+    goals = [candidates[number].proposal.goal for number in order if shares[number] >= OFFER]
+    offered = tuple(goal for goal in goals[:MOST_OFFERED] if goal is not None)
+    surest = shares[order[0]] if order else 0.0
+    # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs little.
+    asks = bool(offered) and not barred and (nothing < BUILD if follows else nothing <= surest)
+    return Decision("ask" if asks else "refused", best, offered, surest, nothing)
+
+
+def _logit(share: float) -> float:
+    share = min(max(share, _LEAST), 1.0 - _LEAST)
+    return math.log(share / (1.0 - share))
+
+
+def _sigmoid(value: float) -> float:
+    return 1.0 / (1.0 + math.exp(-max(min(value, 60.0), -60.0)))
+
+

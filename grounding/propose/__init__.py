@@ -1,0 +1,1 @@
+"""Propose goals of what was said: the goal network, in the text's own words."""

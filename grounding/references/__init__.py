@@ -1,1 +1,0 @@
-"""Resolve references: which of the scene's objects an instruction means."""

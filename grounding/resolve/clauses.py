@@ -1,0 +1,245 @@
+"""Read what stands behind the noun of a copied phrase: places, relations, uses, parts, groups and exceptions."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from grounding.resolve.adjectives import IDLE, colours_of, property_of, use_of
+from grounding.resolve.comparisons import comparison_after, likeness_after, uniqueness_after
+from grounding.resolve.lexicon import FILLINGS
+from grounding.resolve.phrase import Draft, Phrase, Rank, Test
+from grounding.resolve.phrase_text import PhraseReader
+from grounding.resolve.place_words import idle_place, sides_at
+from grounding.resolve.predicates import predicate_after
+from grounding.resolve.word_forms import singular
+
+_STANDS = re.compile(
+    r"(?:(?:that|which) (?:stands?|sits?|lies?|rests?) )?(?:(?:just|right|directly|immediately|standing|sitting|lying|to the|on the|placed|located) )*(?P<how>left of|"
+    r"right of|behind|in front of|next to|beside|close to|near to|near|by|on top of|inside|between|in between|in|on|"
+    r"flanking)(?= )"
+)
+_RELATIONS = {
+    "close to": "next to", "beside": "next to", "near to": "next to", "near": "next to", "by": "next to",
+    "flanking": "next to", "on top of": "on", "inside": "in", "in between": "between",
+}  # fmt: skip
+_NEAREST = re.compile(
+    r"(?:standing |that is |(?:that |which )?(?:stands?|sits?|lies?) )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
+)
+_PERSONS = frozenset("you i we one people they someone he she folks".split())
+_ABLE = frozenset("can could might may would normally usually will should must".split())
+_FOR = frozenset("that which used made meant for to what".split())
+_KINDS = frozenset("kind colour variety type sort".split())
+_AFTER_COLOUR = _KINDS | {"", "that", "with", "in", "on"}
+_IDLE = frozenset("only alone instead itself too please though".split())
+
+
+def clauses_after(parser: PhraseReader, draft: Draft, at: int, excepting: bool) -> int:
+    """Read everything that belongs to a phrase behind its noun, into a draft.
+
+    Args:
+        parser: of the phrase.
+        draft: of the phrase.
+        at: the place behind its noun.
+        excepting: whether something may be left out.
+
+    Returns:
+        The place after it.
+    """
+    readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, _beside, _stands]
+    readers = [exception_after, *readers] if excepting else readers
+    while at < len(parser.words):
+        end = uniqueness_after(parser, draft, at) or idle_place(parser.words, at)
+        if end == at:
+            end = next((after for read in readers if (after := read(parser, draft, at)) is not None), at)
+        if end <= at and parser.word(at) in _IDLE:
+            end = at + 1
+        if end <= at:
+            return at
+        at = end
+    return at
+
+
+def _of(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read "of the two cans", "among the mugs", "of red colour", "in red"."""
+    word = parser.word(at)
+    if word not in ("of", "among", "amongst", "out", "in"):
+        return None
+    first = at + 1 + (parser.word(at + 1) == "of")
+    place = first + (parser.word(first) in ("the", "a", "any"))
+    colours = parser.text.colours_at(place)
+    if colours is not None and parser.word(colours[1]) in _AFTER_COLOUR and not (word == "of" and draft.bare):
+        draft.test(*colours[0])
+        return colours[1] + (parser.word(colours[1]) in _KINDS)
+    if word == "of" and singular(parser.word(first)) in FILLINGS and draft.noun:
+        draft.test(Test("word", parser.word(first)))  # "the box of crackers"
+        return first + 1
+    if " ".join(parser.words[place : place + 2]) in ("every colour", "all colours", "each colour", "every kind"):
+        return place + 2
+    if parser.word(place) in ("mine", "yours", "ours"):
+        return place + 1
+    group = parser.at(first) if word != "in" else None
+    if group is None:
+        return None
+    if group[0].kind not in ("pronoun", "all"):
+        draft.among = _of_noun(group[0], draft)
+    return group[1]
+
+
+def _of_noun(group: Phrase, draft: Draft) -> Phrase:
+    """Give "of the three" the noun of its phrase: "the biggest cube of the three"."""
+    if not (draft.noun and group.bare and group.count) or group.tests or group.rank is not None or group.other:
+        return group
+    return replace(group, noun=draft.noun, bare=False, borrowed=False, plural=True)
+
+
+def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read "you drink from", "for drinking", "to write with", "used for driving nails"."""
+    place = at
+    while parser.word(place) in _FOR:
+        place += 1
+    person = parser.word(place) in _PERSONS
+    place += person
+    while person and parser.word(place) in _ABLE:
+        place += 1
+    for end in range(len(parser.words), place, -1) if place > at else ():
+        kinds = use_of(" ".join(parser.words[place:end]))
+        if kinds is not None:
+            draft.test(Test("use", " ".join(kinds)))
+            return end
+    return None
+
+
+def _beside(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read where the objects stand on the table, or which are nearest to something."""
+    sides = sides_at(parser.words, at)
+    if sides is not None:
+        draft.test(Test("place", sides=sides[0]))
+        return sides[1]
+    found = _NEAREST.match(" ".join(parser.words[at:]))
+    other = parser.at(at + len(found.group().split())) if found is not None else None
+    if found is None or other is None:
+        return None
+    draft.test(Test("nearest", "far" if found.group("how").startswith("fur") else "near", other=other[0]))
+    return other[1]
+
+
+def _stands(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read "behind the plate", "between the fork and the spoon"."""
+    found = _STANDS.match(" ".join(parser.words[at:]))
+    if found is None:
+        return None
+    relation = _RELATIONS.get(found.group("how"), found.group("how"))
+    first = parser.at(at + len(found.group().split()))
+    if first is None:
+        return None
+    second = parser.at(first[1] + 1) if relation == "between" and parser.word(first[1]) == "and" else None
+    if second is None:
+        draft.test(Test("stands", relation, other=first[0]))
+        return first[1]
+    draft.test(Test("between", "between", other=first[0]))
+    draft.test(Test("between", "and", other=second[0]))
+    return second[1]
+
+
+_HAVING = frozenset("with having has have bearing share shares".split())
+_BEFORE = IDLE | frozenset("a an the its some two four any long little big sharp curved".split())
+_GRAINS = ("corn", "wheat", "oat", "bran")
+_PAINTED = frozenset("handle handles colour grip cap lid label coat".split())
+
+
+def part_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read a material or a part into a draft; return the place after it, or `None` where none stands."""
+    if parser.word(at) == "made" and parser.word(at + 1) in ("of", "from", "out"):
+        place = at + 2 + (parser.word(at + 2) == "of")
+        if parser.text.there.filling(parser.word(place)):
+            draft.test(Test("word", parser.word(place)))
+            return place + 1
+        if property_of(parser.word(place)) is None:
+            return None
+        draft.test(Test("property", parser.word(place)))
+        return place + 1
+    at += parser.word(at) in ("that", "which") and parser.word(at + 1) in _HAVING
+    if parser.word(at) not in _HAVING:
+        return None
+    place = at + 1
+    colour = ""
+    while parser.word(place) in _BEFORE or colours_of(parser.word(place)) is not None:
+        colour = parser.word(place) if colours_of(parser.word(place)) is not None else colour
+        place += 1
+    part, following = parser.word(place), parser.word(place + 1)
+    if part in ("colour", "colours") and colours_of(following) is not None:
+        draft.test(Test("colour", following))
+        return place + 2
+    if colour and part in _PAINTED:
+        draft.test(Test("colour", colour))
+        return place + 1
+    place += part in _GRAINS and following == "flakes"
+    if parser.text.there.filling(parser.word(place)):  # "the carton with the milk"
+        draft.test(Test("word", parser.word(place)))
+        return place + 1 + 2 * (parser.words[place + 1 : place + 3] in (("in", "it"), ("in", "them"), ("inside", "it")))
+    end = _properties(parser, draft, place)
+    if end is not None and colour:
+        draft.test(Test("colour", colour))  # "with the brown glass"
+    return end
+
+
+def _properties(parser: PhraseReader, draft: Draft, place: int) -> int | None:
+    """Read "a blade or an ink tip"."""
+    tests = []
+    while property_of(parser.word(place)) is not None:
+        tests.append(Test("property", parser.word(place)))
+        place += 1 + (parser.word(place + 1) == "tip")
+        article = parser.word(place + 1) in ("a", "an", "the")
+        if parser.word(place) not in ("or", "and") or property_of(parser.word(place + 1 + article)) is None:
+            break
+        place += 1 + article
+    if not tests:
+        return None
+    draft.test(*tests)
+    return place
+
+
+_EXCEPT = re.compile(
+    r"(?:, |and )?(?:except for|except|apart from|other than|aside from|with the exception of|excluding|excepting|"
+    r"barring|bar|save for|save|without|minus|but for|but not|but|and not|not including|not|besides|less)(?= )"
+)
+
+
+def exception_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read an exception into a draft; return the place after it, or `None` where none stands."""
+    found = _EXCEPT.match(" ".join(parser.words[at:]))
+    if found is None:
+        return None
+    place = at + len(found.group().split())
+    if parser.word(place) == "one" and draft.rank is not None and parser.word(place - 1) == "but":
+        draft.rank = Rank(draft.rank.by, draft.rank.place + 1)  # "the highest but one"
+        return place + 1
+    without: list[Phrase] = []
+    while (other := parser.at(place, excepting=False)) is not None:
+        any_one = found.group().rstrip().endswith("not") and not other[0].definite  # "anything not a cube"
+        without.append(replace(other[0], plural=True, every=True, definite=True, count=None) if any_one else other[0])
+        place = other[1]
+        joint = place + 1 + (parser.word(place + 1) == "not")
+        if parser.word(place) not in ("and", ",", "or", "nor") or parser.at(joint) is None:
+            break
+        place = joint
+    if not without or not _says_which(without[0]):
+        return None  # "all cups but one"
+    draft.without += map(_all_of_colour, without)
+    draft.plural = True if draft.plural is None else draft.plural
+    return place
+
+
+def _says_which(phrase: Phrase) -> bool:
+    return bool(
+        phrase.noun or phrase.tests or phrase.rank is not None or phrase.kind != "objects" or phrase.among is not None
+    )
+
+
+def _all_of_colour(phrase: Phrase) -> Phrase:
+    """Return the phrase for all of a bare colour: "not red" leaves out everything that is red."""
+    placed = any(each[0].kind == "place" for each in phrase.tests)
+    if not phrase.bare or phrase.plural is not None or phrase.count is not None or placed:
+        return phrase
+    return replace(phrase, plural=True)

@@ -1,0 +1,47 @@
+"""Define what can be in the way when the objects of words are looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from grounding.parse_result import Question
+
+
+class ResolveError(ValueError):
+    """Words that mean nothing here, or that are not understood; the message is a sentence that says which and why."""
+
+
+class UnjudgedError(ResolveError):
+    """An adjective of which nothing here tells which objects it fits; `word` is it."""
+
+    def __init__(self, word: str) -> None:
+        self.word = word
+        super().__init__(f"it is not known which of the objects here are {word!r}")
+
+
+class UnclearObjectsError(ResolveError):
+    """Words that several objects fit, or only something else than they say.
+
+    Attributes:
+        question: which objects are meant.
+        phrase: the words.
+        indices: the objects that they may mean.
+    """
+
+    def __init__(self, question: Question, phrase: str, indices: Sequence[int]) -> None:
+        self.question, self.phrase, self.indices = question, phrase, tuple(indices)
+        super().__init__(question.text)
+
+
+class Doubt(Exception):
+    """More objects fit a phrase than it speaks of, or only objects of a like kind.
+
+    Attributes:
+        phrase: the words.
+        found: the objects.
+        instead: the noun of which none is here; empty where several fit.
+    """
+
+    def __init__(self, phrase: str, found: Sequence[int], instead: str = "") -> None:
+        self.phrase, self.found, self.instead = phrase, list(found), instead
+        super().__init__(f"several fit {phrase!r}: {self.found}")

@@ -1,0 +1,188 @@
+"""Read words for where objects stand, "at the back on the left", and for all that is there, "the whole lot"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from grounding.resolve.measures import COUNTS
+
+SIDES = {
+    "left": "left", "right": "right", "front": "near", "near": "near", "close": "near", "bottom": "near", "back": "far",
+    "rear": "far", "far": "far", "top": "far", "middle": "middle", "leftmost": "left", "rightmost": "right",
+    "lefthand": "left", "righthand": "right", "nearest": "near", "closest": "near", "nearer": "near", "closer": "near",
+    "foremost": "near", "frontmost": "near", "forward": "near", "forwards": "near", "rearmost": "far",
+    "backmost": "far", "hindmost": "far", "furthest": "far", "further": "far", "remotest": "far", "outer": "outer",
+    "outermost": "outer", "centremost": "middle", "middlemost": "middle", "rearward": "far", "upper": "far",
+    "lower": "near",
+}  # fmt: skip
+_FILLING = frozenset(
+    "the my your our very most way all over right directly immediately just at on in to by from of toward along and "
+    "exact exactly extreme absolute dead row column side end edge corner corners half third part area border hand "
+    "table desk bench away back position place spot rank line centre".split()
+)
+_START = re.compile(
+    r"(?:(?:directly|immediately|right|just|all the way|over|way|here|there|over there|over here|up|down|somewhere|"
+    r"most|already) )*"
+    r"(?:(?:on|at|to|in|by|from|toward|near|nearest|nearest to|closest to|nearer to|nearer|closer to|close to|"
+    r"furthest to|"
+    r"further to|furthest on|furthest in|furthest toward|furthest at|furthest|closest|further|closer|most|left|right) )"
+    r"(?:the |my |your |our )*(?:very |exact |extreme |far |near |absolute |dead )*"
+    r"(?:left|right|front|back|rear|near|far|middle|top|bottom|leftmost|rightmost|frontmost|"
+    r"rearmost)\b(?! of me\b)(?! to\b)"
+)
+_PERSON = re.compile(
+    r"(?:(?:directly|immediately|right|just|standing|sitting|here|over) )*(?P<how>closest|nearest|closer|nearer|near|"
+    r"close|furthest|further|"
+    r"far|in front|away|by|farthest|facing|before)(?: away| off| over)*(?: (?:to|from|of|off))?(?: (?:me|us|him|her|"
+    r"myself|the speaker|"
+    r"where (?:i|we) (?:am|are|sit|stand|am sitting|am standing)))\b"
+)
+_AWAY = re.compile(
+    r"(?:standing |sitting |lying )?(?:the )?(?:(?P<far>furthest|further|far|farthest)|closest|nearest|closer|nearer)(?: away| back| off| forward)?$"
+)
+_PAIR = re.compile(
+    r"(near|far|front|back|left|right|(?:nearest|closest|furthest)(?= on| at| in)) (?:on|at|in|to) (?:the |my |your )?(left|right|front|back)\b(?! of\b)"
+)
+_OF_CENTRE = re.compile(r"(?:to the )?(left|right) of (?:the )?middle\b")
+_EXTREME = re.compile(r"(?:the )?(leftmost|rightmost|rearmost|frontmost|foremost|backmost|hindmost|outermost)\b")
+
+
+def sides_at(words: Sequence[str], at: int) -> tuple[tuple[str, ...], int] | None:
+    """Read where objects stand, from a word on.
+
+    Returns:
+        Sides of the table, and the place after the words; `None` where no such words stand.
+    """
+    rest = " ".join(words[at:])
+    if found := _OF_CENTRE.match(rest):
+        return (found.group(1),), at + len(found.group().split())
+    if found := _PAIR.match(rest):
+        more, end = _more(words, at + len(found.group().split()))
+        return tuple(dict.fromkeys((SIDES[found.group(1)], SIDES[found.group(2)], *more))), end
+    if found := _EXTREME.match(rest):
+        return (SIDES[found.group(1)],), at + len(found.group().split())
+    if (found := _PERSON.match(rest)) is not None:
+        how = found.group("how")
+        side = "far" if how.startswith("f") and how != "facing" or how == "away" else "near"
+        sides, end = _more(words, at + len(found.group().split()))
+        ahead = ("ahead",) if how in ("in front", "facing", "before") and not sides else ()
+        return (side, *ahead, *sides), end
+    if (found := _START.match(rest)) is not None:
+        first = at + len(found.group().split()) - 1
+        sides = _side(words, first)
+        if words[first - 1] in ("far", "near") and words[first] in ("left", "right", "middle"):
+            near = "near" if words[first - 1] == "near" else "far" if words[first] == "middle" else "farther"
+            sides = (near, *sides)
+        more, end = _more(words, first + 1)
+        return tuple(dict.fromkeys((*sides, *more))), end
+    if (found := _AWAY.match(rest)) is not None:
+        return ("far" if found.group("far") else "near",), at + len(found.group().split())
+    return None
+
+
+def _side(words: Sequence[str], at: int) -> tuple[str, ...]:
+    if words[at] == "middle" and tuple(words[at + 1 : at + 2]) == ("row",):
+        return ("depth",)
+    if words[at] == "middle" and tuple(words[at + 1 : at + 4]) in (("of", "the", "table"), ("of", "the", "desk")):
+        return ("middle", "depth")
+    return (SIDES[words[at]],)
+
+
+def _more(words: Sequence[str], at: int) -> tuple[tuple[str, ...], int]:
+    """Read further sides that follow: "at the back | on the left", "the middle | of the front row"."""
+    sides: list[str] = []
+    end = at
+    while end < len(words):
+        if words[end] in SIDES and words[end] not in ("top", "bottom"):
+            sides += _side(words, end)
+        elif words[end] == "corners":
+            sides.append("outer")
+        elif words[end] == "me" and sides:
+            sides.append("near")
+        elif words[end] not in _FILLING:
+            break
+        end += 1
+    while end > at and words[end - 1] in (
+        "and",
+        "of",
+        "the",
+        "in",
+        "to",
+        "by",
+        "from",
+        "on",
+        "at",
+        "all",
+        "just",
+        "my",
+    ):
+        end -= 1
+    return tuple(dict.fromkeys(sides)), end
+
+
+_PLACE = (
+    r"(?:table|tabletop|desk|bench|workbench|scene|counter|kitchen|bathroom|office|workshop|garden|house|room|lab|"
+    r"surface|"
+    r"picture|worktop|world)"
+)
+# "that you can see", "on this table": what is true of everything.
+HERE = (
+    r"(?: (?:there (?:is|are)(?: here)?|(?:that |which )?(?:is |are |lies |lie |stands |stand )?(?:lying |standing |"
+    r"sitting )?(?:on|in|at|around) "
+    rf"(?:the |my |this |our |your |that )(?:whole |entire )?{_PLACE}|(?:that is |that are |is |are |lying |"
+    rf"standing )?(?:right )?"
+    r"(?:here|there|around|about|in here|on here|over here)|(?:that )?(?:you|i|we) (?:can )?(?:see|find|have got|"
+    r"have|own|got|bought|"
+    r"brought)|in front of you|provided|available|present|at hand|to hand))"
+)
+_WHOLE = (
+    r"(?:the |this |that |my )?(?:whole|entire|complete|full) (?:(?:blooming|bloody|damn|kitchen|office|desk|"
+    r"breakfast|tea|"
+    r"dinner|lovely|little) )?(?:lot|collection|assortment|set|bunch|crowd|family|scene|table|gang|shebang|caboodle|"
+    r"inventory)"
+)
+_COUNTS = "|".join(word for word in COUNTS if word not in ("a", "an"))
+_ALL = re.compile(
+    rf"(?:absolutely |just |simply )?(?:(?:all |the )?(?P<count>{_COUNTS}) of (?:them|these|those)|all of the above|"
+    rf"everything|everybody|everyone|anything|all of (?:it|this|that|these|those|them)|it all|"
+    rf"them all|these all|all these|all those|all this|all that|all them|all|{_WHOLE}(?: of (?:them|it|these|this))?|"
+    rf"(?:the |all the |that )?lot(?: of (?:them|it|these|this))?|the whole of (?:this|it|them)|"
+    rf"what(?:ever)?(?={HERE}+$)|"
+    rf"what(?:ever)? there is|what(?:ever)?(?= (?:you|i|we) (?:can |could )?(?:see|find|have)(?: got)?$)|the bunch|"
+    rf"the gang|"
+    rf"(?:all |each |every ?one )of (?:them|these|those)){HERE}*(?: really| please| together| too)*(?= |$)"
+)
+_REST = re.compile(
+    r"(?:and )?(?:everything else|all else|anything else|everybody else|everyone else|(?:all )?(?:the )?(?:rest|"
+    r"remainder)|"
+    r"(?:what|whatever|all|everything)(?: that)? (?:remains|is left(?: over)?|is still left|is remaining)|"
+    r"every other (?:thing|item|object)|"
+    r"(?:all )?(?:the )?(?:others|other ones|remaining ones|leftovers))(?: of (?:it|them|the (?:lot|scene|table|"
+    r"things|objects|items|stuff)|this))?"
+    rf"{HERE}*(?= |$)"
+)
+_PRONOUN = re.compile(r"(?:them|they|these|those|this|that|it|itself|that one|this one|the former|the latter)$")
+
+
+def universal_at(words: tuple[str, ...], at: int) -> tuple[str, int] | None:
+    """Read a phrase for everything or for the rest of it.
+
+    Returns:
+        "all", "rest", "others" or "pronoun", and the place after it; `None` where no such phrase stands.
+    """
+    said = " ".join(words[at:])
+    if found := _REST.match(said):
+        kind = "others" if re.search(r"others|ones", found.group()) else "rest"
+        return kind, at + len(found.group().split())
+    if found := _PRONOUN.match(said):
+        return "pronoun", at + len(found.group().split())
+    if (found := _ALL.match(said)) is not None:
+        return "all", at + len(found.group().split())
+    return None
+
+
+def idle_place(words: tuple[str, ...], at: int) -> int:
+    """Return the place after words that are true of all that is there, "on the table"; `at` where none stand."""
+    found = re.match(rf"(?:{HERE})+(?= |$)", " " + " ".join(words[at:]))
+    return at + len(found.group().split()) if found else at

@@ -1,0 +1,115 @@
+"""Divide an instruction into words, spelled in one way, with the place of each in the text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+_TOKEN = re.compile(
+    r"(?<=\d)[-–](?=\d)|(?<![\w.,])[-−]\s?(?=\d|\.\d)|\d+(?:[.,]\d+)?e\d+(?!\w)|\d+(?:[.,]\d+)?|\.\d+|[½¼¾]|[^\W\d_]+(?:['’][^\W\d_]+)*|['’]{2}|[\"”“″'’′]"
+    r"|[.,;:!?()\n]|[–—]|(?<=\s)-+(?=\s)|[^\s\w-]"
+)
+_MINUS = frozenset("-−")
+_SPELLING = {
+    "centre": "center", "centred": "centered", "centrally": "center", "middlemost": "middle",
+    "colours": "colour", "colors": "colour", "color": "colour", "coloured": "colour", "colored": "colour",
+    "gray": "grey", "towards": "toward", "besides": "beside", "infront": "in front",
+    "ontop": "on top", "nextto": "next to", "inbetween": "in between", "anti": "anti", "lefthand": "left hand",
+    "righthand": "right hand", "sidebyside": "side by side", "“": '"', "”": '"', "″": '"', "''": '"', "’": "'",
+    "′": "'", "’’": '"', "–": ",", "—": ",", "-": ",", "--": ",", "lineup": "line up", "metres": "m", "meters": "m",
+    "metre": "m", "meter": "m", "×": "x", "cms": "cm", "colour's": "colour", "hafl": "half",
+}  # fmt: skip
+_FRACTIONS = {"½": "0.5", "¼": "0.25", "¾": "0.75"}
+
+
+@dataclass(frozen=True)
+class Words:
+    """The words of an instruction, punctuation among them.
+
+    Attributes:
+        text: the instruction as it was given.
+        words: in small letters, British spelling made American, hyphens taken apart.
+        spans: (first, end) characters of each word in `text`.
+        sentence: the words with one space between them, which patterns are matched against.
+        starts: the place of each word in `sentence`, and the length of the sentence at last.
+    """
+
+    text: str
+    words: tuple[str, ...]
+    spans: tuple[tuple[int, int], ...]
+    sentence: str
+    starts: tuple[int, ...]
+
+    def word(self, place: int) -> str:
+        """Return the word at a place; empty before the first and after the last."""
+        return self.words[place] if 0 <= place < len(self.words) else ""
+
+    def match(self, pattern: re.Pattern[str], place: int) -> tuple[re.Match[str], int] | None:
+        """Match whole words from a place on; return the match and the place after it."""
+        found = pattern.match(self.sentence, self.starts[place])
+        if found is None or found.end() == found.start():
+            return None
+        end = found.end()
+        if end < len(self.sentence) and self.sentence[end] != " ":
+            return None
+        return found, place + len(found.group().split())
+
+    def quote(self, first: int, end: int) -> str:
+        """Return the words of the text as they were written."""
+        if first >= end:
+            return ""
+        return " ".join(self.text[self.spans[first][0] : self.spans[end - 1][1]].split())
+
+
+def split(text: str, corrected: Callable[[str], str] = str) -> Words:
+    """Divide a text into words.
+
+    Args:
+        text: any string.
+        corrected: gives the right spelling of a word, or the word itself.
+    """
+    words: list[str] = []
+    spans: list[tuple[int, int]] = []
+    for match in _TOKEN.finditer(text):
+        said = match.group().lower().replace("’", "'") if len(match.group()) > 1 else match.group().lower()
+        if said in ("-", "–") and text[match.start() - 1].isdigit() and text[match.end() : match.end() + 1].isdigit():
+            said = "to"  # "2-3 cm"
+        elif (
+            said.strip() in _MINUS
+            and match.end() < len(text)
+            and (text[match.end()].isdigit() or text[match.end()] == ".")
+        ):
+            said = "minus"
+        elif said.strip("-") == "" or said in _SPELLING:
+            said = _SPELLING.get(said, ",")
+        elif said in _FRACTIONS:
+            said = _FRACTIONS[said]
+        elif said.isalpha():
+            said = corrected(said)
+            said = _SPELLING.get(said, said)
+        elif said[0].isdigit() or (said[0] == "." and len(said) > 1):
+            said = said.replace(",", ".")
+            said = f"0{said}" if said[0] == "." else said
+        for word in said.split():
+            words.append(word)
+            spans.append(match.span())
+    return joined(text, words, spans)
+
+
+def joined(text: str, words: list[str], spans: list[tuple[int, int]]) -> Words:
+    """Make the words of a text from single ones and their places in it."""
+    starts, length = [], 0
+    for word in words:
+        starts.append(length)
+        length += len(word) + 1
+    return Words(text, tuple(words), tuple(spans), " ".join(words), (*starts, max(0, length - 1)))
+
+
+# Words with their apostrophes and hyphens, numbers, and single marks: the pieces that written goals copy.
+_PIECE = re.compile(r"\d+(?:[.,]\d+)?|[^\W\d_]+(?:['’-][^\W\d_]+)*|[^\s\w]")
+
+
+def words_of(text: str) -> list[str]:
+    """Divide an instruction into words and marks of punctuation, in small letters."""
+    return [match.group().lower() for match in _PIECE.finditer(text)]

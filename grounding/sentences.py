@@ -1,0 +1,97 @@
+"""Say why a text is refused, what is asked about it, and what was perhaps lost: sentences that a user can act on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from grounding.decide import BUILD, OFFER, Decision
+from grounding.goals.description import describe_parts
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
+from grounding.parse_result import Question, shortened
+from grounding.propose.proposal import Proposal
+from grounding.spec import SHAPES
+from grounding.verify.feasibility import infeasible
+from grounding.verify.wording import worded_goal, worded_objects
+
+GOAL = "goal"  # what a question asks for whose options are goals
+
+
+def shape_question(goal: Goal, names: Sequence[str] | None) -> tuple[Question, tuple[Goal, ...]] | None:
+    """Return the question which shape is meant, of a goal that says nothing but its objects; else `None`.
+
+    Args:
+        goal: the goal.
+        names: of the scene's objects; `None` where no scene is known.
+
+    Returns:
+        The question, and the goal behind each of its options, those alone for which there are enough objects.
+    """
+    part = goal.parts[0] if len(goal.parts) == 1 else None
+    if not isinstance(part, StructurePart) or part.keys or part.spec.tokens():
+        return None
+    goals = {shape: Goal((replace(part, shape=shape),)) for shape in SHAPES}
+    if names is not None:
+        goals = {shape: one for shape, one in goals.items() if not infeasible(one, names)}
+    options = tuple(goals)
+    return Question("shape", f"which shape should it be: {', '.join(options)}?", options), tuple(goals.values())
+
+
+def goal_question(text: str, decision: Decision, names: Sequence[str] | None) -> Question:
+    """Return the question of a decision to ask: which objects, or which goal, is meant."""
+    if not decision.offered:
+        assert decision.chosen is not None and decision.chosen.proposal.question is not None
+        return decision.chosen.proposal.question
+    options = tuple(describe_parts(goal.parts, names) for goal in decision.offered)
+    if decision.probability >= BUILD and decision.chosen is not None and decision.chosen.lost:
+        why = f"{_quoted(decision.chosen.lost)} in {shortened(text)!r} may be lost"
+    else:
+        why = f"{shortened(text)!r} was not understood for certain"
+    which = "is this the goal that is meant" if len(options) == 1 else "which of these is meant"
+    return Question(GOAL, f"{why}: {which}: {'; or: '.join(options)}?", options)
+
+
+def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: Sequence[str] | None) -> str:
+    """Return why a text is refused, with a sentence that would work instead."""
+    said, likeliest = shortened(text), max(proposals, key=lambda each: each.certainty, default=Proposal())
+    chosen = decision.chosen
+    instead = f"say {worded_goal(decision.offered[0], names)!r}" if decision.offered else _help(names)
+    if problem := _problem(likeliest, proposals):
+        return f"{said!r} cannot be built: {problem}"
+    if likeliest.answer == "nothing":
+        return f"{said!r} asks for no arrangement; {_help(names)}"
+    if likeliest.answer == "unclear":
+        return f"it is not clear which objects or which place are meant in {said!r}; name them, or {instead}"
+    if chosen is not None and chosen.lost and chosen.proposal.goal is not None:
+        rest = worded_goal(chosen.proposal.goal, names)
+        return f"{_quoted(chosen.lost)} in {said!r} asks for what no goal can hold; leave it out: say {rest!r}"
+    if likeliest.answer:
+        return f"{said!r} asks for something that cannot be built ({', '.join(SHAPES)} can); {instead}"
+    return f"{said!r} was not understood for certain; {instead}"
+
+
+def _problem(likeliest: Proposal, proposals: Sequence[Proposal]) -> str:
+    """Return why the likeliest goal cannot be had, or "": where no goal is likely, that of an unlikely one would be no reason."""
+    first = next((each for each in proposals if not each.answer), likeliest)
+    likely = first.certainty >= OFFER or likeliest.answer == "unclear" or not likeliest.answer
+    return first.problem if likely and likeliest.answer != "nothing" else ""
+
+
+def _help(names: Sequence[str] | None) -> str:
+    """Return an example of what can be said here."""
+    here = list(range(len(names or ())))
+    if names is None or not all(names):
+        return "say what should go where, as 'stack the cans on the left'"
+    if len(here) < 2:
+        return f"say where it should stand, as {f'put {worded_objects(here, names)} on the left'!r}" if here else "there is nothing here"
+    return f"say what should go where, as {f'put {worded_objects(here[:1], names)} next to {worded_objects(here[-1:], names)}'!r}"
+
+
+def doubts(lost: Sequence[str]) -> tuple[str, ...]:
+    """Return a note on the words of which a goal that is built may hold nothing."""
+    return (f"perhaps built without {_quoted(lost)}: say so if this changes the wish",) if lost else ()
+
+
+def _quoted(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(map(repr, words[:-1])), repr(words[-1]))))

@@ -1,0 +1,156 @@
+"""Fit the probability that a judged goal is what was meant: the last step of `structagent train verifier`.
+
+A logistic regression on the few numbers of `grounding.decide.features`, on texts that no network was trained on: labelled ones that
+are held back, and the development sets. Every second of them is left out: on these the result is reported.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from grounding.atomic_files import write_whole
+from grounding.benchmark import development_rows, is_exact, five_slots, load_rows
+from grounding.decide import Circumstances, features
+from grounding.goal_benchmark.rows import goal_scenes, load_goal_rows
+from grounding.goal_benchmark.scoring import compare_with_row
+from grounding.goal_network.writer import NetworkWriter
+from grounding.goals.comparison import compare_goals
+from grounding.goals.goal import Goal
+from grounding.interpreter import Interpreter
+from grounding.parse_result import Parse
+from grounding.parsers.embedding import EmbeddingParser
+from grounding.parsers.sentence_encoder import SentenceEncoder
+from grounding.propose.network import NetworkProposer
+from grounding.resolve.attributes import SceneObject
+from grounding.spec import StructureSpec
+from grounding.training.goal_corrections import goal_corrections, goals_of
+from grounding.training.goal_lines import GoalLine, LabelError, goal_lines
+from grounding.training.goal_reader import held_out
+from grounding.verify.verifier import WEIGHTS, Verifier
+
+REPORTED_EVERY = 2
+OF_LINES = 2.0  # weight of a labelled instruction: they are the hardest, and the kinder sets are many
+_DEVELOPMENT = ("development", "development_b", "development_c", "development_llm")
+_RIDGE = 1.0
+_STEPS = 50  # of Newton's method, which needs about ten
+
+
+@dataclass(frozen=True)
+class JudgedText:
+    """A text with what says whether a goal is what was meant.
+
+    Attributes:
+        text: what was said.
+        objects: of the scene; `None` where none is known.
+        before: the goal so far.
+        is_meant: whether a goal is what was meant.
+        weight: of the text.
+    """
+
+    text: str
+    objects: Sequence[SceneObject] | None
+    before: Goal
+    is_meant: Callable[[Goal], bool]
+    weight: float = 1.0
+
+
+def texts() -> Iterator[JudgedText]:
+    """Yield all texts."""
+    for row in filter(held_out, (*goal_lines(), *goal_corrections())):
+        objects = goal_scenes()[row.scene]
+        try:
+            before, goal = goals_of(row)
+        except LabelError:
+            continue
+
+        def is_labelled(one: Goal, goal: Goal | None = goal, count: int = len(objects)) -> bool:
+            return goal is not None and compare_goals(one, goal, count).exact
+
+        yield JudgedText(row.text, objects, before, is_labelled, OF_LINES if isinstance(row, GoalLine) else 1.0)
+    folder = resources.files("grounding") / "benchmark_data"
+    for name in _DEVELOPMENT:
+        for one in load_goal_rows(str(folder / f"goals_{name}.jsonl")):
+            there = None if one.scene is None else goal_scenes()[one.scene]
+            yield JudgedText(one.text, there, Goal(), lambda goal, one=one: bool(one.goals) and compare_with_row(goal, one)[0].exact)
+    for slots in (*development_rows(), *load_rows(str(folder / "development_b.jsonl"))):
+        nothing = Parse(slots.text, StructureSpec(), "")
+        yield JudgedText(slots.text, None, Goal(), lambda goal, row=slots, parse=nothing: is_exact(row, five_slots(parse, "ok", goal)))
+
+
+def fitted(rows: np.ndarray, right: np.ndarray, weight: np.ndarray | None = None) -> np.ndarray:
+    """Fit the weights of a logistic regression with a small ridge: (F,) float64.
+
+    Args:
+        rows: (N, F) float64 features.
+        right: (N,) float64, 1 where the goal is what was meant.
+        weight: (N,) float64 of each row; `None` for the same.
+    """
+    share_of = np.ones(len(rows)) if weight is None else weight
+    weights = np.zeros(rows.shape[1])
+    for _ in range(_STEPS):
+        shares = 1.0 / (1.0 + np.exp(-rows @ weights))
+        slope = rows.T @ (share_of * (shares - right)) + _RIDGE * weights
+        curve = (rows * (share_of * shares * (1.0 - shares))[:, None]).T @ rows + _RIDGE * np.eye(len(weights))
+        weights -= np.linalg.solve(curve, slope)
+    return weights
+
+
+def judged(rows: Sequence[JudgedText], interpreter: Interpreter) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the features of all candidates of texts, (N, F), whether each is what was meant, (N,), and their weights, (N,)."""
+    found, right, weight = list[list[float]](), list[float](), list[float]()
+    for row in rows:
+        candidates, proposals = interpreter.candidates(row.text, row.objects, row.before)
+        nothing = sum(each.certainty for each in proposals if each.answer)
+        known = Circumstances(nothing, bool(row.before.parts), row.objects is not None)
+        for number, one in enumerate(candidates):
+            found.append(features(candidates, number, known))
+            right.append(float(one.proposal.goal is not None and row.is_meant(one.proposal.goal)))
+            weight.append(row.weight)
+    return np.array(found), np.array(right), np.array(weight)
+
+
+def calibrate(folder: Path = WEIGHTS, network: Path | None = None) -> dict[str, float]:
+    """Fit the weights of a verifier's probability, and write them into its `config.json`.
+
+    Args:
+        folder: of the verifier.
+        network: folder of the goal network that proposes; `None` takes the shipped one.
+
+    Returns:
+        How many candidates were "fitted" and "reported", and the "log_loss" of the latter, which were left out.
+    """
+    encoder, proposing = SentenceEncoder(), [] if network is None else [network]
+    interpreter = Interpreter(
+        lambda: EmbeddingParser.from_pretrained(encoder=encoder), encoder,
+        NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder, *proposing)),
+        lambda: Verifier.from_pretrained(encoder, folder),
+    )  # fmt: skip
+    rows = list(texts())
+    kept = [row for place, row in enumerate(rows) if place % REPORTED_EVERY]
+    found, right, weight = judged(kept, interpreter)
+    weights = fitted(found, right, weight)
+    left_rows, left_right, _ = judged(rows[::REPORTED_EVERY], interpreter)
+    shares = np.clip(1.0 / (1.0 + np.exp(-left_rows @ weights)), 1e-6, 1.0 - 1e-6)
+    loss = -np.mean(left_right * np.log(shares) + (1.0 - left_right) * np.log(1.0 - shares))
+    config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
+    config["weights"] = [round(float(each), 4) for each in weights]
+    write_whole(folder / "config.json", (json.dumps(config, indent=1) + "\n").encode())
+    return {"fitted": len(found), "reported": len(left_rows), "log_loss": round(float(loss), 4)}
+
+
+def main() -> None:
+    """Fit a verifier's probability: `python -m grounding.training.calibration --verifier DIR`."""
+    parser = argparse.ArgumentParser(description="Fit the probability of judged goals.")
+    parser.add_argument("--verifier", type=Path, default=WEIGHTS, metavar="DIR", help="folder of the verifier")
+    print(json.dumps(calibrate(parser.parse_args().verifier)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+"""Make the interpretation of a text out of what was decided about it, or out of what a language model said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from grounding.decide import BUILD, Candidate, Decision
+from grounding.goals.description import describe_parts
+from grounding.goals.goal import Goal
+from grounding.interpretation import Interpretation
+from grounding.language_model.goal_reply import ModelReply
+from grounding.language_model.goal_schema import ASK, NONE
+from grounding.parse_result import Parse, Question
+from grounding.propose.proposal import Proposal
+from grounding.resolve.goal import ResolvedPhrase
+from grounding.sentences import GOAL, doubts, goal_question, reason, shape_question
+from grounding.spec import StructureSpec
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """A maker of interpretations of one text.
+
+    Attributes:
+        parse: the five slots.
+        before: the goal so far, in the speaker's frame.
+        viewpoint: whose left and right it speaks of.
+        names: of the objects that are there; `None` where they are not known.
+        common: further fields that all its interpretations have.
+    """
+
+    parse: Parse
+    before: Goal
+    viewpoint: str
+    names: Sequence[str] | None
+    common: dict[str, Any] = field(default_factory=dict)
+
+    def of_decision(self, decision: Decision, proposals: Sequence[Proposal]) -> Interpretation:
+        """Return the interpretation that a decision leads to.
+
+        Args:
+            decision: about the text.
+            proposals: all that there were.
+        """
+        self = replace(self, common={"probability": decision.probability})
+        text = self.parse.text
+        if decision.status == "ok":
+            assert decision.chosen is not None and decision.chosen.proposal.goal is not None
+            asked = shape_question(decision.chosen.proposal.goal, self.names)
+            return self._built(decision.chosen) if asked is None else self._asked(*asked)
+        if decision.status == "ask":
+            doubtful = decision.chosen.proposal.choices if decision.chosen is not None and not decision.offered else ()
+            return self._asked(goal_question(text, decision, self.names), decision.offered or doubtful)
+        if self.before.parts and any(one.goal == self.before and one.certainty >= BUILD for one in proposals):
+            return self.refused("that is already so", unchanged=True)
+        wish = next((each.goal for each in proposals if each.problem and each.goal is not None), Goal())
+        nothing = sum(each.certainty for each in proposals if each.answer == "nothing") > 0.5
+        return self.refused(
+            reason(text, decision, proposals, self.names), suggestions=tuple(map(self._in_world, decision.offered)),
+            wish=self._in_world(wish), nothing=nothing,
+        )  # fmt: skip
+
+    def of_choice(self, chosen: Candidate) -> Interpretation:
+        """Return the interpretation of a goal that is to be built wherever it can be had."""
+        proposal = chosen.proposal
+        if proposal.question is not None:
+            return self._asked(proposal.question, proposal.choices)
+        if proposal.problem or proposal.goal is None:
+            return self.refused(proposal.problem, wish=self._in_world(proposal.goal or Goal()))
+        return self._built(chosen)
+
+    def of_reply(self, reply: ModelReply, proposal: Proposal | None) -> Interpretation:
+        """Return the interpretation that a language model's reply leads to: its goal is built wherever it can be had.
+
+        Args:
+            reply: of the model.
+            proposal: its goal with the objects found; `None` where it has none.
+        """
+        parse = replace(self.parse, parser="llm", confidence={}, evidence={}, dropped={}, status="ok", message="", question=None)
+        self = replace(self, parse=parse)
+        if proposal is not None:
+            found = self.of_choice(Candidate(proposal))
+            return replace(found, by_model=True, probability=1.0) if found.status == "ok" else found
+        if reply.decision == ASK:
+            goals = [one for one in reply.options if isinstance(one, Goal)]
+            options = [describe_parts(one.parts, self.names) if isinstance(one, Goal) else one for one in reply.options]
+            question = Question(GOAL, reply.question, tuple(options))
+            return self._asked(question, goals if len(goals) == len(options) else ())
+        nothing = reply.decision == NONE
+        message = reply.reason or f"the language model finds {'nothing to build' if nothing else 'that it cannot be built'}"
+        return self.refused(message, nothing=nothing)
+
+    def refused(self, message: str, **more: Any) -> Interpretation:
+        """Return the interpretation that builds nothing, and says why."""
+        return self._made(status="refused", message=message, **more)
+
+    def _asked(self, question: Question, choices: Sequence[Goal]) -> Interpretation:
+        """Return the interpretation that asks, with the goals behind the options."""
+        goals = tuple(map(self._in_world, choices))
+        return self._made(status="ask", message=question.text, question=question, choices=goals, suggestions=goals)
+
+    def _built(self, chosen: Candidate) -> Interpretation:
+        """Return the interpretation whose goal is built."""
+        proposal, names = chosen.proposal, self.names
+        assert proposal.goal is not None
+        goal, notes = self._in_world(proposal.goal), (*proposal.notes, *doubts(chosen.lost))
+        spec = goal.structures[0].spec if goal.structures else StructureSpec()
+        built = {"status": "ok", "message": "; ".join(notes), "goal": goal, "spec": spec}
+        if names is None:
+            words = tuple(map(str, goal.named_objects()))
+            return self._made(**built, objects=words or None, words=words, named=words)
+        named = tuple(one for one in goal.named_objects() if isinstance(one, int))
+        everything = any(part.objects is None for part in goal.structures)
+        indices = tuple(range(len(names))) if everything else tuple(sorted(named))
+        selection = ResolvedPhrase(indices, proposal.nouns, proposal.described, notes, proposal.singly)
+        objects = tuple(names[i] for i in indices)
+        return self._made(**built, objects=objects, selection=selection, named=proposal.nouns, words=proposal.nouns)
+
+    def _made(self, **values: Any) -> Interpretation:
+        fields = {"parse": self.parse, "viewpoint": self.viewpoint, "seconds": 0.0, "spec": StructureSpec(), "objects": None}
+        return Interpretation(**(fields | self.common | values))
+
+    def _in_world(self, goal: Goal) -> Goal:
+        return goal.turned() if self.viewpoint == "opposite" else goal

@@ -1,0 +1,103 @@
+"""Find what objects cannot do, and say what could be had instead: nothing stands on a ball, a shape needs a number of objects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from grounding.goals.description import describe_part
+from grounding.goals.goal import Goal
+from grounding.goals.parts import PartReference, RelationPart, StructurePart
+from grounding.structure_words import STRUCTURES
+from grounding.verify.wording import with_article, worded_goal, worded_objects
+
+_BALLS = frozenset(
+    "ball balls baseball softball football basketball golfball volleyball racquetball tennisball marble".split()
+)
+
+
+def infeasible(goal: Goal, names: Sequence[str]) -> str:
+    """Say which part of a goal cannot be, why, and what to say instead; "" where all can.
+
+    Args:
+        goal: the goal.
+        names: of the scene's objects, by index.
+    """
+    elsewhere = {one for one in goal.named_objects() if isinstance(one, int)}
+    for part in goal.parts:
+        if isinstance(part, StructurePart):
+            members = [one for one in range(len(names)) if one not in elsewhere] if part.objects is None else list(part.objects)
+            found = _structure(part, members, names) or _pieces(part, goal, names)
+        else:
+            found = _relation(part, names)
+        if found:
+            return found
+    return ""
+
+
+def _structure(part: StructurePart, members: Sequence[int | str], names: Sequence[str]) -> str:
+    """Say why a structure cannot be made of these objects, or ""."""
+    words = STRUCTURES.get(part.shape or "")
+    if words is None:
+        return ""
+    what = with_article(words.name)
+    those = worded_objects(members, names)
+    if not members:
+        return f"{what} needs {words.least} objects, and no object is left for it"
+    if len(members) < words.least:
+        count = f"{those} {'are' if len(members) > 1 else 'is'} only {len(members)}"
+        instead = _line(part, members) if len(members) > 1 else Goal((RelationPart("at", tuple(members), x_position="left"),))  # type: ignore[arg-type]
+        return f"{what} needs {words.least} objects, and {count}; say {worded_goal(instead, names)!r}"
+    if words.stacked and len(members) > 1 and sum(_is_ball(one, names) for one in members) > 1:
+        return f"nothing stands on a ball, as in {what} of {those}; say {worded_goal(_line(part, members), names)!r}"
+    if part.rows and part.columns and not _filled(part.rows, part.columns, len(members)):
+        rows, columns = _nearest_grid(part.rows, part.columns, len(members))
+        fitting = worded_goal(Goal((replace(part, rows=rows, columns=columns),)), names)
+        needed = f"{(part.rows - 1) * part.columns + 1} to {part.rows * part.columns}"
+        return (
+            f"{what} of {part.rows} rows and {part.columns} columns needs {needed} objects, and {those} are {len(members)}; "
+            f"say {fitting!r}"
+        )
+    return ""
+
+
+def _line(part: StructurePart, members: Sequence[int | str]) -> Goal:
+    """Return a line of some objects where the structure was to be."""
+    return Goal((StructurePart("line", None, part.x_position, part.y_position, objects=tuple(members)),))  # type: ignore[arg-type]
+
+
+def _filled(rows: int, columns: int, count: int) -> bool:
+    return (rows - 1) * columns < count <= rows * columns
+
+
+def _nearest_grid(rows: int, columns: int, count: int) -> tuple[int, int]:
+    """Return the rows and columns nearest to those asked for that some objects fill."""
+    fitting = [(each, math.ceil(count / each)) for each in range(1, count + 1) if _filled(each, math.ceil(count / each), count)]
+    return min(fitting, key=lambda one: abs(one[0] - rows) + abs(one[1] - columns))
+
+
+def _is_ball(one: int | str, names: Sequence[str]) -> bool:
+    return isinstance(one, int) and bool(_BALLS & set(names[one].lower().split()))
+
+
+def _relation(part: RelationPart, names: Sequence[str]) -> str:
+    """Say why some objects cannot be where they are to be, or ""."""
+    if part.relation == "in" and isinstance(part.reference, PartReference):
+        return f"{describe_part(part, names)!r} cannot be: an object can be in another one, or in the middle of a ring"
+    if part.relation == "on" and isinstance(part.reference, tuple) and any(_is_ball(one, names) for one in part.reference):
+        instead = worded_goal(Goal((replace(part, relation="next to"),)), names) if isinstance(part.objects, tuple) else ""
+        under = worded_objects(part.reference, names)
+        return f"nothing stands on {under}: a ball rolls" + (f"; say {instead!r}" if instead else "")
+    return ""
+
+
+def _pieces(part: StructurePart, goal: Goal, names: Sequence[str]) -> str:
+    """Say which piece of a structure with places of its own is placed for itself: "set the table but put the fork on the right"."""
+    pieces = frozenset(STRUCTURES[part.shape].pieces) if part.shape else frozenset()
+    for other in goal.parts:
+        if isinstance(other, RelationPart) and other.relation == "at" and isinstance(other.objects, tuple):
+            for one in other.objects:
+                if isinstance(one, int) and pieces & set(names[one].lower().split()):
+                    return f"the place of the {names[one]} in a {part.shape} cannot be chosen; leave it out, or place all of it"
+    return ""

@@ -1,0 +1,135 @@
+"""Judge goals beside the words that they were read from: is everything held, and which words are lost?
+
+The discriminator of language, as the paper has one for arrangements: the goal network proposes, this network rejects. It
+reads what was said together with a goal in words, and answers with the logit that the goal is what was meant, and for
+each word with the probability that the goal has lost it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grounding.goal_network.goal_rendition import BEFORE, NOW, rendition_of
+from grounding.goal_network.writer import ENCODER_LAYER, load_network
+from grounding.resolve.tokens import words_of
+from grounding.goals.goal import Goal
+from grounding.linear_algebra import one_thread
+from grounding.parsers.bert import EncoderLayer, Linear, gelu
+from grounding.resolve.attributes import SceneObject
+
+if TYPE_CHECKING:
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+
+WEIGHTS = Path(__file__).parents[1] / "weights" / "verifier"
+HEADS = 12  # of the encoder's layers
+GOAL = "=>"  # between what was said and the goal
+MOST_WORDS = 150  # of both together
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What the verifier says of one goal.
+
+    Attributes:
+        logit: of the probability that the goal is what was meant.
+        lost: (words of the text,) float32: for each the probability that the goal has lost it.
+    """
+
+    logit: float
+    lost: np.ndarray
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The words that the verifier reads.
+
+    Attributes:
+        words: the goal so far, if any, what was said, `GOAL`, and the goal that is judged.
+        first, end: where what was said begins and ends among them.
+    """
+
+    words: tuple[str, ...]
+    first: int
+    end: int
+
+
+def pair_of(text: str, goal: Goal, objects: Sequence[SceneObject], before: Goal = Goal()) -> Pair:
+    """Return the words in which a goal is judged beside a text.
+
+    Args:
+        text: what was said.
+        goal: its objects are indices.
+        objects: of the scene.
+        before: the goal so far; without parts for an instruction.
+    """
+    so_far = words_of(rendition_of(before, objects).text) if before.parts else []
+    said = words_of(text)
+    judged = words_of(rendition_of(goal, objects).text.removeprefix(BEFORE).removesuffix(NOW))
+    room = MOST_WORDS - len(judged) - 1
+    kept = [*so_far, *said][-room:] if room > 0 else []
+    first = max(0, len(kept) - len(said))
+    return Pair((*kept, GOAL, *judged[:MOST_WORDS]), first, len(kept))
+
+
+class Verifier:
+    """The verifier's network: layers over the lower ones of the sentence encoder, and two heads.
+
+    Args:
+        encoder: the sentence encoder.
+        state: float32 arrays by their names in `grounding.training.verifier.VerifierNetwork`.
+        weights: of `grounding.decide.features`: the probability that a judged goal is what was meant.
+
+    Raises:
+        KeyError: for an array that is missing.
+    """
+
+    def __init__(
+        self, encoder: SentenceEncoder, state: Mapping[str, np.ndarray], weights: Sequence[float] = ()
+    ) -> None:
+        self._encoder, self.weights = encoder, tuple(weights)
+        self.state = {name: array.astype(np.float32, copy=False) for name, array in state.items()}
+        count = len({name.split(".")[1] for name in state if name.startswith("upper.")})
+        self._upper = [EncoderLayer.of(_under(self.state, f"upper.{number}."), HEADS) for number in range(count)]
+        self._shared, self._right, self._lost = (self._linear(name) for name in ("shared", "right", "lost"))
+
+    @classmethod
+    def from_pretrained(cls, encoder: SentenceEncoder, folder: Path = WEIGHTS) -> Verifier:
+        """Load the network of a folder with `config.json` and `model.safetensors`.
+
+        Raises:
+            GoalNetworkError: for files that are missing, or that do not fit this version or the encoder.
+        """
+        return load_network("verifier", folder, encoder, lambda config, state: cls(encoder, state, config["weights"]))
+
+    def judge(self, pairs: Sequence[Pair]) -> list[Judgement]:
+        """Judge goals, each beside its text."""
+        if not pairs:
+            return []
+        said = self._encoder.word_states([list(pair.words) for pair in pairs], ENCODER_LAYER)
+        with one_thread():
+            states = said.hidden
+            for layer in self._upper:
+                states = layer(states, said.pieces)
+            shared = gelu(self._shared(states.reshape(-1, states.shape[-1]))).reshape(*states.shape[:2], -1)
+            right = self._right(shared[:, 0])[:, 0]
+            found = []
+            for number, pair in enumerate(pairs):
+                places = said.first[number, pair.first : pair.end]
+                found.append(Judgement(float(right[number]), _sigmoid(self._lost(shared[number, places])[:, 0])))
+        return found
+
+    def _linear(self, name: str) -> Linear:
+        return Linear(self.state[f"{name}.weight"], self.state[f"{name}.bias"])
+
+
+def _under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}
+
+
+def _sigmoid(values: np.ndarray) -> np.ndarray:
+    return 1.0 / (1.0 + np.exp(-values))

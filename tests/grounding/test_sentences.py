@@ -1,0 +1,81 @@
+"""Refusals say which words, why, and a sentence that would work."""
+
+import pytest
+
+from grounding.decide import Candidate, Decision
+from grounding.goals.goal import Goal
+from grounding.propose.proposal import Proposal
+from grounding.sentences import doubts, reason, shape_question
+from tests.grounding.goal_in_words import goal_of_words
+from tests.grounding.readers import reader
+
+CUPS = ("cup", "cup", "can", "can", "can", "can", "bowl")
+LINE = goal_of_words("line of 2, 3, 4, 5")
+
+
+def refused(*proposals, goal=None, lost=(), names=CUPS):
+    chosen = None if goal is None else Candidate(Proposal(goal, 0.3), lost=lost)
+    return reason("do it", Decision("refused", chosen, () if goal is None or lost else (goal,)), proposals, names)
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (refused(Proposal(None, 0.9, problem="nothing here is 'the fork'")), "'do it' cannot be built: nothing here is 'the fork'"),
+        (refused(Proposal(None, 0.9, "nothing")), "'do it' asks for no arrangement; say what should go where, as 'put cup next to the bowl'"),
+        (
+            refused(Proposal(None, 0.9, "unclear"), goal=LINE),
+            "it is not clear which objects or which place are meant in 'do it'; name them, or say 'a line of the four cans'",
+        ),
+        (
+            refused(Proposal(LINE, 0.3), goal=LINE, lost=("upside down",)),
+            "'upside down' in 'do it' asks for what no goal can hold; leave it out: say 'a line of the four cans'",
+        ),
+        (refused(Proposal(LINE, 0.3), goal=LINE), "'do it' was not understood for certain; say 'a line of the four cans'"),
+        (refused(names=None), "'do it' was not understood for certain; say what should go where, as 'stack the cans on the left'"),
+        (refused(names=("cup",)), "'do it' was not understood for certain; say where it should stand, as 'put the cup on the left'"),
+        (refused(names=()), "'do it' was not understood for certain; there is nothing here"),
+        (refused(Proposal(None, 0.9, "impossible"), goal=LINE), "asks for something that cannot be built (circle, line, tower,"),
+    ],
+)
+def test_reasons(found, said):
+    assert said in found
+
+
+def test_the_problem_of_an_unlikely_reading_is_no_reason():
+    wrong = Proposal(None, 0.1, problem="nothing here is called 'can'")
+    assert "called" not in refused(Proposal(LINE, 0.3), wrong, goal=LINE)
+    assert "called" not in refused(Proposal(None, 0.8, "impossible"), wrong)
+    assert "called" in refused(wrong) and "called" in refused(Proposal(None, 0.8, "unclear"), wrong)
+
+
+def test_only_shapes_that_can_be_had_are_asked_about():
+    question, goals = shape_question(goal_of_words("structure of 0, 1"), CUPS)
+    assert question.options == ("line", "tower", "table setting", "cluster")
+    assert [goal.structures[0].shape for goal in goals] == list(question.options)
+    assert shape_question(LINE, CUPS) is None and shape_question(Goal(), CUPS) is None
+
+
+def test_words_that_may_be_lost_are_told():
+    assert doubts(()) == () and doubts(("upside down", "two thirds")) == (
+        "perhaps built without 'upside down' and 'two thirds': say so if this changes the wish",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "names", "said"),
+    [
+        ("put the cups in a ring", CUPS, "a circle needs 3 objects, and the two cups are only 2; say 'a line of the two cups'"),
+        ("arrange the cans in a cross", CUPS, "a cross needs 5 objects, and the four cans are only 4; say 'a line of the four cans'"),
+        ("stack the banana on the bowl", CUPS, "banana"),
+        ("put the cans in a grid of 3 rows and 3 columns", CUPS, "say 'a grid of the four cans with "),
+        ("make a circle of the balls", ("ball", "ball", "cup"), "a circle needs 3 objects, and the two balls are only 2"),
+        ("put the mug on the left", ("plate", "cup", "bowl"), "there is no mug here; does 'the mug' mean: cup?"),
+        ("put the banana on the left", ("plate", "cup"), "nothing here is 'the banana'; there is only: plate, cup"),
+        ("stack the balls", ("ball", "ball", "cup"), "nothing stands on a ball"),
+        ("put the cup on the ball", ("ball", "ball 2", "cup"), "ball"),
+    ],
+)
+def test_a_refusal_from_end_to_end(text, names, said):
+    reading = reader().interpret(text, names)
+    assert reading.status in ("refused", "ask") and said in reading.message, (reading.status, reading.message)
