@@ -31,6 +31,7 @@ class Candidate:
         agreement: how sure the parser of the five slots is of the same plain structure, 0 to 1; the negative of it where it reads
             something else; 0 of goals that five slots cannot hold.
         unknown: words of the text that nobody knows.
+        numbers: of the text that the goal does not hold: often of a story, and sometimes of the wish.
     """
 
     proposal: Proposal
@@ -39,6 +40,7 @@ class Candidate:
     doubt: float = 0.0
     agreement: float = 0.0
     unknown: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class Circumstances:
 def features(candidates: Sequence[Candidate], number: int, known: Circumstances) -> list[float]:
     """Return what the probability of a candidate is computed from: the judgements, the certainties and the circumstances.
 
-    Without a scene the parser's agreement counts: the goal network was taught in scenes, and the parser without any.
+    Where the parser reads the same text, of one structure in no known scene, its agreement counts: it was taught without scenes.
     """
     one = candidates[number]
     own, others = one.proposal.certainty, [each for place, each in enumerate(candidates) if place != number]
@@ -88,7 +90,7 @@ def features(candidates: Sequence[Candidate], number: int, known: Circumstances)
         1.0, one.logit, _logit(own), max((each.logit for each in others), default=-8.0), _logit(known.nothing),
         float(one.agreement > 0), float(one.agreement < 0), float(known.follows), _logit(one.doubt),
         _logit(own / (own + surest)) if own > 0.0 else 0.0, agreement, float(not known.scene),
-        0.0 if known.scene else _logit(own),
+        _logit(own) if one.agreement else 0.0,
     ]  # fmt: skip
 
 
@@ -117,7 +119,7 @@ def decide(
     # What was likelier meant cannot be had: something else that can be is no answer to it.
     barred = best is not None and any(each.problem and each.certainty > best.proposal.certainty for each in proposals)
     if best is not None and shares[order[0]] >= BUILD and not barred:
-        best = replace(best, lost=tuple(dict.fromkeys((*best.lost, *best.unknown))))
+        best = replace(best, lost=tuple(dict.fromkeys((*best.lost, *best.unknown, *best.numbers))))
         # Most of what is said about a goal are a few words, each of which counts; in a scene few words of a right goal seem lost.
         asks = (follows and bool(best.unknown)) or (scene and best.doubt >= BUILD and bool(best.lost))
         goals = (best.proposal.goal,) if asks and best.proposal.goal is not None else ()

@@ -24,9 +24,11 @@ from grounding.parsers.spelling import mend
 from grounding.propose.proposal import Proposal, WordedGoal
 from grounding.propose.resolution import resolved
 from grounding.resolve.attributes import SceneObject
+from grounding.resolve.numbered_names import numbered_apart
 from grounding.resolve.object_names import as_named
 from grounding.resolve.tokens import words_of
 from grounding.verdicts import Verdicts
+from grounding.verify.said_numbers import lost_numbers
 from grounding.verify.unknown_words import unknown_words
 from grounding.verify.verifier import Verifier
 from grounding.viewpoint import VIEWPOINTS, ViewpointError, spoken_across
@@ -193,7 +195,7 @@ class Interpreter:
         before = context.before
         names = [each.name for each in objects or ()]
         heard = [spoken_across(text) if self.viewpoint == "opposite" else text for text in texts]
-        heard = [as_named(text, names) for text in heard]
+        heard = [as_named(numbered_apart(text, names), names) for text in heard]
         why_not = [self._why_unreadable(text) for text in texts]
         parses = iter(self.parser.parse_batch([text for text, why in zip(heard, why_not, strict=True) if not why]))
         found = []
@@ -313,10 +315,15 @@ class Interpreter:
         copied = {word for one in said.worded for phrase in one.phrases for word in words_of(phrase)}
         unknown = unknown_words(said.heard, copied, self.encoder.whole_words)
         found = judged(said.heard, proposals, self.verifier, objects, said.before, parse)
-        return [replace(one, unknown=unknown) for one in found]
+        return [replace(one, unknown=unknown, numbers=_lost_numbers(said, one.proposal)) for one in found]
 
     def _as_spoken(self, goal: Goal) -> Goal:
         return goal.turned() if self.viewpoint == "opposite" else goal
+
+
+def _lost_numbers(said: _Said, one: Proposal) -> tuple[str, ...]:
+    phrases = () if one.worded is None else one.worded.phrases
+    return () if one.goal is None else lost_numbers(said.heard, one.goal, phrases, said.before)
 
 
 def _scene_objects(objects: Objects | None) -> list[SceneObject] | None:

@@ -59,15 +59,16 @@ def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: 
     instead = f"say {worded_goal(decision.offered[0], names)!r}" if decision.offered else _help(names)
     if problem := _problem(likeliest, proposals):
         return f"{said!r} cannot be built: {problem}"
+    nothing = f"{said!r} asks for no arrangement that can be built ({', '.join(SHAPES)})"
     if likeliest.answer == "nothing":
-        return f"{said!r} asks for no arrangement; {_help(names)}"
+        return f"{nothing}; {_help(names)}"
     if likeliest.answer == "unclear":
         return f"it is not clear which objects or which place are meant in {said!r}; name them, or {instead}"
     if chosen is not None and chosen.lost and chosen.proposal.goal is not None:
         rest = worded_goal(chosen.proposal.goal, names)
         return f"{_quoted(chosen.lost)} in {said!r} asks for what no goal can hold; leave it out: say {rest!r}"
     if likeliest.answer:
-        return f"{said!r} asks for something that cannot be built ({', '.join(SHAPES)} can); {instead}"
+        return f"{nothing}; {instead}"
     return f"{said!r} was not understood for certain; {instead}"
 
 

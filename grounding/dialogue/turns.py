@@ -75,7 +75,9 @@ def say(
     found = _read(state, text, reader, objects)
     if found.status == "ok":
         message = "; ".join(dict.fromkeys(filter(None, (found.message, *found.notes))))
-        return accepted(state, found.goal, names, message, found, spoken=reader.viewpoint == "robot")
+        # With a question open, to say the goal so far again is to stay with it.
+        again = range(len(state.goal.parts)) if state.question is not None and found.goal == state.goal else ()
+        return accepted(state, found.goal, names, message, found, tuple(again), reader.viewpoint == "robot")
     if edit is not None and (edit.goals or found.status == "refused"):
         return _edited(state, text, edit, reader, names)
     return _not_taken(state, text, found, reader, objects)
@@ -174,11 +176,14 @@ def _not_taken(
     names, spoken = [one.name for one in objects], reader.viewpoint == "robot"
     if state.goal.parts and not found.choices:
         alone = reader.interpret(text, objects)
+        if alone.status == "ok" and found.unchanged:  # a wish that is repeated is proposed anew
+            again = [number for number, part in enumerate(state.goal.parts) if part in alone.goal.parts]
+            if alone.goal != state.goal:
+                again = [number for number in again if number not in state.standing]
+            return accepted(state, state.goal, names, alone.message, alone, again, spoken)
         if alone.status == "ok":
-            again = alone.goal == state.goal  # proposed anew
-            if again or len(state.standing) == len(state.goal.parts):
-                changed = tuple(range(len(alone.goal.parts))) if again else ()
-                return accepted(state, alone.goal, names, alone.message, alone, changed, spoken)
+            if len(state.standing) == len(state.goal.parts):
+                return accepted(state, alone.goal, names, alone.message, alone, (), spoken)
             goals = [alone.goal, *((both,) if (both := _added(state.goal, alone.goal, names)) is not None else ())]
             return _asked(state, "is this to be built instead, or as well", goals, names, spoken)
     if found.status == "ask" and found.question is not None and found.choices:

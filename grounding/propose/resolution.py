@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 from grounding.goals.goal import Goal
@@ -74,8 +76,9 @@ def _asked(
     """
     said = [text for part in worded.parts for key in ("objects", "reference", "around") for text in part.get(key) or ()]
     question, kept = doubt.question, dict[str, Goal]()
-    for index in doubt.indices if doubt.phrase in said else ():
-        one, name = chosen((index,)), names[index]
+    possible = combinations(doubt.indices, doubt.count) if math.comb(len(doubt.indices), doubt.count) <= MOST_ANSWERS else ()
+    for indices in possible if doubt.phrase in said else ():
+        one, name = chosen(indices), ", ".join(names[index] for index in indices)
         if one.goal is not None and not one.problem:
             kept[name] = one.goal
         elif one.question is not None and one.choices:  # other words can be each of several, too

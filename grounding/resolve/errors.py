@@ -26,10 +26,11 @@ class UnclearObjectsError(ResolveError):
         question: which objects are meant.
         phrase: the words.
         indices: the objects that they may mean.
+        count: how many of them they speak of.
     """
 
-    def __init__(self, question: Question, phrase: str, indices: Sequence[int]) -> None:
-        self.question, self.phrase, self.indices = question, phrase, tuple(indices)
+    def __init__(self, question: Question, phrase: str, indices: Sequence[int], count: int = 1) -> None:
+        self.question, self.phrase, self.indices, self.count = question, phrase, tuple(indices), count
         super().__init__(question.text)
 
 
@@ -40,8 +41,9 @@ class Doubt(Exception):
         phrase: the words.
         found: the objects.
         instead: the noun of which none is here; empty where several fit.
+        count: how many objects the phrase speaks of.
     """
 
-    def __init__(self, phrase: str, found: Sequence[int], instead: str = "") -> None:
-        self.phrase, self.found, self.instead = phrase, list(found), instead
+    def __init__(self, phrase: str, found: Sequence[int], instead: str = "", count: int = 1) -> None:
+        self.phrase, self.found, self.instead, self.count = phrase, list(found), instead, count
         super().__init__(f"several fit {phrase!r}: {self.found}")

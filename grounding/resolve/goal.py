@@ -148,10 +148,12 @@ def _question(doubt: Doubt, there: Referents) -> UnclearObjectsError:
     listed = "; ".join(map(there.description, doubt.found))
     if doubt.instead:
         text = f"there is no {doubt.instead} here; does {doubt.phrase!r} mean: {listed}?"
+    elif doubt.count > 1:
+        text = f"{doubt.phrase!r} can be any {doubt.count} of {len(doubt.found)} objects: {listed}; which ones?"
     else:
         text = f"{doubt.phrase!r} can be each of {len(doubt.found)} objects: {listed}; which one?"
     question = Question(OBJECT, text, tuple(there.names[i] for i in doubt.found))
-    return UnclearObjectsError(question, doubt.phrase, doubt.found)
+    return UnclearObjectsError(question, doubt.phrase, doubt.found, doubt.count)
 
 
 def _chosen_by(

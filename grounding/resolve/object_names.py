@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from grounding.resolve.function_words import FUNCTION_WORDS, GENERIC, NOT_OBJECTS
 from grounding.resolve.lexicon import ADJECTIVES, ATTRIBUTES, CONTENTS, GROUPS, KINDS, OTHER_WORDS, SAME_WORDS
 from grounding.resolve.word_forms import FORMS, Vocabulary, plural, singular
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from grounding.parsers.sentence_encoder import SentenceEncoder
 
 UNKNOWN_CATEGORY = "object"  # of things that nobody has named
@@ -29,6 +27,7 @@ _NUMBER = re.compile(r"\d+")
 _TEXT_WORD = re.compile(r"[^\W\d_]+")
 _JOINT = re.compile(r"[ \t_-]+")  # what stands between the words of one name
 _LONGEST_NAME = 4  # words
+STORED = Path(__file__).parent / "data" / "noun_embeddings.npz"
 _BEHIND_THE_NOUN = re.compile(r"\b(?:with|of|for|in|from|on)\b")
 # What an unknown noun is compared with: the nearest of many, not of the few that happen to be there.
 KNOWN_NOUNS = tuple(dict.fromkeys((*KINDS, *OTHER_WORDS, *GROUPS)))
@@ -171,14 +170,6 @@ def meant_noun(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None)
 @lru_cache(maxsize=2)
 def _embedded_nouns(encoder: SentenceEncoder) -> np.ndarray:
     return embed_nouns(KNOWN_NOUNS, encoder)
-
-
-import numpy as np
-
-if TYPE_CHECKING:
-    from grounding.parsers.sentence_encoder import SentenceEncoder
-
-STORED = Path(__file__).parent / "data" / "noun_embeddings.npz"
 
 
 def embed_nouns(nouns: Sequence[str], encoder: SentenceEncoder) -> np.ndarray:

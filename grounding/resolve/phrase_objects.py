@@ -279,10 +279,10 @@ class PhraseObjects:
         if phrase.definite:
             if len({self._there.description(i) for i in found}) == 1:
                 return found[:wanted]  # they cannot be told apart in words: any will do
-            raise Doubt(phrase.text, found)
+            raise Doubt(phrase.text, found, count=wanted)
         fresh = [i for i in found if i not in self._said.named()]
         if phrase.number_alone and len(fresh) != wanted:
-            raise Doubt(phrase.text, found)
+            raise Doubt(phrase.text, found, count=wanted)
         return (fresh if len(fresh) >= wanted else found)[:wanted]
 
 

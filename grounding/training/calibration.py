@@ -10,15 +10,16 @@ import argparse
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 
 from grounding.atomic_files import write_whole
-from grounding.benchmark import development_rows, is_exact, five_slots, load_rows
+from grounding.benchmark import Row, development_rows, five_slots, is_exact, load_rows
 from grounding.decide import Circumstances, features
-from grounding.goal_benchmark.rows import goal_scenes, load_goal_rows
+from grounding.goal_benchmark.rows import GoalRow, goal_scenes, load_goal_rows
 from grounding.goal_benchmark.scoring import compare_with_row
 from grounding.goal_network.writer import NetworkWriter
 from grounding.goals.comparison import compare_goals
@@ -28,6 +29,8 @@ from grounding.parse_result import Parse
 from grounding.parsers.embedding import EmbeddingParser
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.propose.network import NetworkProposer
+from grounding.propose.proposal import Proposal
+from grounding.propose.resolution import resolved
 from grounding.resolve.attributes import SceneObject
 from grounding.spec import StructureSpec
 from grounding.training.goal_corrections import goal_corrections, goals_of
@@ -37,6 +40,7 @@ from grounding.verify.verifier import WEIGHTS, Verifier
 
 REPORTED_EVERY = 2
 OF_LINES = 2.0  # weight of a labelled instruction: they are the hardest, and the kinder sets are many
+WITHOUT_SCENE = 0.3  # of one that is read without its scene: it was written for what stands there
 _DEVELOPMENT = ("development", "development_b", "development_c", "development_llm")
 _RIDGE = 1.0
 _STEPS = 50  # of Newton's method, which needs about ten
@@ -50,19 +54,19 @@ class JudgedText:
         text: what was said.
         objects: of the scene; `None` where none is known.
         before: the goal so far.
-        is_meant: whether a goal is what was meant.
+        is_meant: whether a proposal is what was meant.
         weight: of the text.
     """
 
     text: str
     objects: Sequence[SceneObject] | None
     before: Goal
-    is_meant: Callable[[Goal], bool]
+    is_meant: Callable[[Proposal], bool]
     weight: float = 1.0
 
 
-def texts() -> Iterator[JudgedText]:
-    """Yield all texts."""
+def texts(encoder: SentenceEncoder) -> Iterator[JudgedText]:
+    """Yield all texts; labelled instructions also as if nobody knew what is there."""
     for row in filter(held_out, (*goal_lines(), *goal_corrections())):
         objects = goal_scenes()[row.scene]
         try:
@@ -70,18 +74,33 @@ def texts() -> Iterator[JudgedText]:
         except LabelError:
             continue
 
-        def is_labelled(one: Goal, goal: Goal | None = goal, count: int = len(objects)) -> bool:
-            return goal is not None and compare_goals(one, goal, count).exact
+        def is_labelled(one: Proposal, goal: Goal | None = goal, count: int = len(objects)) -> bool:
+            return goal is not None and one.goal is not None and compare_goals(one.goal, goal, count).exact
+
+        def is_labelled_in_scene(
+            one: Proposal, is_meant: Callable[[Proposal], bool] = is_labelled, text: str = row.text,
+            there: Sequence[SceneObject] = objects,
+        ) -> bool:
+            return one.worded is not None and is_meant(resolved(one.worded, text, there, encoder))
 
         yield JudgedText(row.text, objects, before, is_labelled, OF_LINES if isinstance(row, GoalLine) else 1.0)
+        if isinstance(row, GoalLine):
+            yield JudgedText(row.text, None, before, is_labelled_in_scene, WITHOUT_SCENE)
     folder = resources.files("grounding") / "benchmark_data"
     for name in _DEVELOPMENT:
         for one in load_goal_rows(str(folder / f"goals_{name}.jsonl")):
             there = None if one.scene is None else goal_scenes()[one.scene]
-            yield JudgedText(one.text, there, Goal(), lambda goal, one=one: bool(one.goals) and compare_with_row(goal, one)[0].exact)
+            yield JudgedText(one.text, there, Goal(), partial(_is_row, one))
     for slots in (*development_rows(), *load_rows(str(folder / "development_b.jsonl"))):
-        nothing = Parse(slots.text, StructureSpec(), "")
-        yield JudgedText(slots.text, None, Goal(), lambda goal, row=slots, parse=nothing: is_exact(row, five_slots(parse, "ok", goal)))
+        yield JudgedText(slots.text, None, Goal(), partial(_has_slots, slots))
+
+
+def _is_row(row: GoalRow, one: Proposal) -> bool:
+    return bool(row.goals) and one.goal is not None and compare_with_row(one.goal, row)[0].exact
+
+
+def _has_slots(row: Row, one: Proposal) -> bool:
+    return one.goal is not None and is_exact(row, five_slots(Parse(row.text, StructureSpec(), ""), "ok", one.goal))
 
 
 def fitted(rows: np.ndarray, right: np.ndarray, weight: np.ndarray | None = None) -> np.ndarray:
@@ -111,7 +130,7 @@ def judged(rows: Sequence[JudgedText], interpreter: Interpreter) -> tuple[np.nda
         known = Circumstances(nothing, bool(row.before.parts), row.objects is not None)
         for number, one in enumerate(candidates):
             found.append(features(candidates, number, known))
-            right.append(float(one.proposal.goal is not None and row.is_meant(one.proposal.goal)))
+            right.append(float(row.is_meant(one.proposal)))
             weight.append(row.weight)
     return np.array(found), np.array(right), np.array(weight)
 
@@ -132,7 +151,7 @@ def calibrate(folder: Path = WEIGHTS, network: Path | None = None) -> dict[str, 
         NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder, *proposing)),
         lambda: Verifier.from_pretrained(encoder, folder),
     )  # fmt: skip
-    rows = list(texts())
+    rows = list(texts(encoder))
     kept = [row for place, row in enumerate(rows) if place % REPORTED_EVERY]
     found, right, weight = judged(kept, interpreter)
     weights = fitted(found, right, weight)

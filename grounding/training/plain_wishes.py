@@ -29,7 +29,11 @@ _PLACES = {
 _WAYS = {"left": "to the left", "right": "to the right", "away": "away from me", "closer": "closer to me"}
 _JOINS = (" and ", ", and ", ", then ", ". ", " and then ")
 TWO = 0.2  # share of the draws that are two wishes about different objects
-_KINDS = ("relation", "relation", "place", "between", "swap", "move", "structure", "structure", "structure")
+_KINDS = ("relation", "relation", "place", "between", "swap", "move", "structure", "structure", "listed", "listed", "all")
+_EVERYTHING = ("everything", "all objects", "all of the objects", "every object", "all of it", "all the things", "it all", "all")
+_ONLY = ("only {said}", "just {said}", "nothing but {said}", "{said} only", "{said} and nothing else")
+OFTEN, SELDOM = 0.4, 0.15  # shares of the structures that have a place, and of those that say "only"
+MOST_LISTED = 5
 
 
 class PlainWishes:
@@ -61,8 +65,16 @@ class PlainWishes:
         """Draw a wish: its text, its line, and the objects that it names."""
         kind = str(self._one(_KINDS))
         alike = [place for place in places if objects[place].name.split()[0] == objects[places[0]].name.split()[0]]
+        if kind == "all":
+            return (*self._structure(str(self._one(_EVERYTHING)), "(all)", len(places)), tuple(places))
         if kind == "structure" and len(alike) > 1:
-            return (*self._structure(alike, objects), tuple(alike))
+            phrases = [phrase.words for phrase in object_phrases(alike, objects)]
+            return (*self._structure(" and ".join(phrases), " + ".join(phrases), len(alike)), tuple(alike))
+        if kind == "listed" and len(places) > 1:
+            members = places[: int(self.rng.integers(2, MOST_LISTED + 1))]
+            phrases = self._listed(members, objects)
+            said = f"{', '.join(phrases[:-1])} and {phrases[-1]}"
+            return (*self._structure(said, " + ".join(phrases), len(members)), tuple(members))
         names = [object_phrases((place,), objects)[0].words for place in places]
         a, b, c = (names * 3)[:3]
         put = str(self._one(_PUT)).format(a=a)
@@ -79,20 +91,36 @@ class PlainWishes:
         relation = str(self._one(list(_RELATIONS)))
         return f"{put} {self._one(_RELATIONS[relation])} {b}", f"place of {a}, {relation} {b}", tuple(places[:2])
 
-    def _structure(self, members: Sequence[int], objects: Sequence[SceneObject]) -> tuple[str, str]:
-        """Draw a wish for a structure of some objects of a kind, with or without a place."""
-        phrases = [phrase.words for phrase in object_phrases(members, objects)]
-        shapes = [name for name, words in STRUCTURES.items() if words.least <= len(members) and not words.pieces]
+    def _listed(self, members: Sequence[int], objects: Sequence[SceneObject]) -> list[str]:
+        """Draw what each of some objects is called: by its kind and colour, or by a number as the tool itself does."""
+        if self.rng.random() < 0.5:
+            return [object_phrases((place,), objects)[0].words for place in members]
+        noun = str(self._one(("object", objects[members[0]].name.split()[0])))
+        numbers = 1 + self.rng.choice(MOST_LISTED + 4, len(members), replace=False)
+        return [f"{noun} {number}" for number in (np.sort(numbers) if self.rng.random() < 0.7 else numbers)]
+
+    def _structure(self, said: str, phrases: str, count: int) -> tuple[str, str]:
+        """Draw a wish for a structure of some objects, with or without a place.
+
+        Args:
+            said: the words for the objects.
+            phrases: these words in the label.
+            count: of the objects.
+        """
+        shapes = [name for name, words in STRUCTURES.items() if words.least <= count and not words.pieces]
         shape = str(self._one(shapes))
-        noun = str(self._one(STRUCTURES[shape].words.nouns[:2]))
-        said, where, line = " and ".join(phrases), "", f"{shape} of {' + '.join(phrases)}"
-        if self.rng.random() < 0.4:
+        noun = str(self._one(STRUCTURES[shape].words.nouns))
+        where, line = "", f"{shape} of {phrases}"
+        if self.rng.random() < OFTEN:
             value = str(self._one(list(_PLACES)))
             where, line = f" {self._one(_PLACES[value])}", f"{line}, {value}"
+        if phrases != "(all)" and self.rng.random() < SELDOM:
+            said = str(self._one(_ONLY)).format(said=said)
         forms = (f"put {said} in a {noun}", f"make a {noun} of {said}", f"arrange {said} in a {noun}", f"{said} in a {noun}",
-                 f"build a {noun} with {said}", f"a {noun} of {said}, please")  # fmt: skip
+                 f"build a {noun} with {said}", f"a {noun} of {said}, please", f"use {said} to make a {noun}",
+                 f"{noun} with {said}", f"{noun} out of {said}", f"{said}, {noun}")  # fmt: skip
         text = str(self._one(forms))
-        if shape in ("line", "tower") and self.rng.random() < 0.4:
+        if shape in ("line", "tower") and self.rng.random() < OFTEN:
             text = f"{'line up' if shape == 'line' else 'stack'} {said}"
         return f"{text.removesuffix(', please')}{where}", line
 

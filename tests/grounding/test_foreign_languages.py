@@ -43,11 +43,10 @@ def test_no_instruction_of_the_benchmark_is_taken_for_another_language(encoder):
     assert [text for text in rows if foreign_language(text, lambda: mend(text, encoder.whole_words).text)] == []
 
 
-def test_an_interpreter_refuses_them(parser, encoder):
-    interpreter = Interpreter(lambda: parser, encoder=encoder)
-    first, second, third = interpreter.parse_batch(["stack the cans", "bau einen Turm aus den Dosen", "make a circle"])
+def test_an_interpreter_refuses_them(interpreter):
+    first, second, third = interpreter.interpret_many(["stack the cans", "bau einen Turm aus den Dosen", "make a circle"])
     assert (first.spec.shape, third.spec.shape) == ("tower", "circle")
-    assert second.status == "refused" and second.spec.tokens() == ()
+    assert second.status == "refused" and not second.goal.parts
     assert second.message == (
         "'bau einen Turm aus den Dosen' seems to be in German: say it in English, the only language that is understood"
     )

@@ -22,7 +22,7 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
     ("found", "said"),
     [
         (refused(Proposal(None, 0.9, problem="nothing here is 'the fork'")), "'do it' cannot be built: nothing here is 'the fork'"),
-        (refused(Proposal(None, 0.9, "nothing")), "'do it' asks for no arrangement; say what should go where, as 'put cup next to the bowl'"),
+        (refused(Proposal(None, 0.9, "nothing")), ", pyramid); say what should go where, as 'put cup next to the bowl'"),
         (
             refused(Proposal(None, 0.9, "unclear"), goal=LINE),
             "it is not clear which objects or which place are meant in 'do it'; name them, or say 'a line of the four cans'",
@@ -35,7 +35,7 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
         (refused(names=None), "'do it' was not understood for certain; say what should go where, as 'stack the cans on the left'"),
         (refused(names=("cup",)), "'do it' was not understood for certain; say where it should stand, as 'put the cup on the left'"),
         (refused(names=()), "'do it' was not understood for certain; there is nothing here"),
-        (refused(Proposal(None, 0.9, "impossible"), goal=LINE), "asks for something that cannot be built (circle, line, tower,"),
+        (refused(Proposal(None, 0.9, "impossible"), goal=LINE), "'do it' asks for no arrangement that can be built (circle, line, tower,"),
     ],
 )
 def test_reasons(found, said):

@@ -82,7 +82,6 @@ class Liar(Person):
         return ElicitResult(action=action, content=content if action == "accept" else None)
 
 
-@pytest.mark.xfail(strict=False, reason="a wish that is said again is sometimes answered 'that is already so' before it is built")
 def test_a_thousand_hostile_calls(served, monkeypatch):
     generator, outcomes = random.Random(0), Counter()
     steps = []

@@ -153,9 +153,8 @@ def test_slots_move_the_objects_that_are_listed(clouds):
 
 
 def test_what_was_understood_but_cannot_be_is_said(clouds):
-    found = structagent.propose(clouds[:2], "stack everything into a large tower", **FAST)
-    assert found.spec == StructureSpec("tower")
-    assert any("large" in note and "tower" in note for note in found.notes), found.notes
+    message = refused(clouds[:2], "stack everything into a large tower", exit_code=3)  # a tower takes no size
+    assert message.startswith("'stack everything into a large tower' was not understood for certain"), message
     names = ["cup", "cup", "cup", "plate"]
     found = structagent.propose(clouds, "put the shiny cups in a line", names=names, **FAST)
     assert any("shiny" in note for note in found.notes), found.notes
@@ -174,7 +173,7 @@ def test_what_stands_on_another_object_needs_its_bottom(clouds):
     ("instruction", "parts", "exit_code"),
     [
         ("bau einen Kreis aus den Tassen", ("German", "English"), 3),
-        ("build a bridge", ("shapes that can be built",), 3),
+        ("build a bridge", ("asks for no arrangement that can be built (circle, line",), 3),
         ("good morning", ("asks for no arrangement",), 3),
         ("", (), 3),
         ("   \n", (), 3),

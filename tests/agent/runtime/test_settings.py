@@ -373,7 +373,7 @@ def test_users_name_model_folders(project, user, monkeypatch, capsys):
 def endpoint():
     """A language model that reads everything as a tower; its address, and the keys that it was sent."""
     keys: list[str | None] = []
-    said = dict.fromkeys(("size", "x_position", "y_position", "rotation")) | {"request": "build", "shape": "tower"}
+    said = {"decision": "build", "goal": {"parts": [{"kind": "structure", "shape": "tower", "objects": ["the cans"]}]}}
     answer = json.dumps({"choices": [{"message": {"content": json.dumps(said)}}]}).encode()
 
     class Answers(BaseHTTPRequestHandler):

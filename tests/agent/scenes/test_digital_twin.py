@@ -221,7 +221,7 @@ def test_a_stack_is_kept_as_it_was_seen_and_taken_apart_from_the_top(tmp_path):
 
 def test_an_unknown_noun_is_reported_with_what_would_help(bag):
     *_, failed, _ = run_instruction("stack the cups", RunOptions(str(bag), model="geometric", execute=False))
-    assert "names 'cup'; there is only: object 1, red" in failed.message
+    assert "nothing here is 'the cups'; there is only: object 1, red" in failed.message
     assert failed.message.endswith("--call 'object 1=cup' says what an object is")
 
 

@@ -387,8 +387,8 @@ def test_names_and_colours_of_the_file_choose(tmp_path):
 @pytest.mark.parametrize(
     ("text", "where", "code", "parts"),
     [
-        ("put the mugs in a line", "scene.yaml", 3, ("'mug'", "Bob cup")),
-        ("put the banana in a line", "scene.yaml", 3, ("a line needs several objects", "banana")),
+        ("put the mugs in a line", "scene.yaml", 3, ("no mug here", "Bob cup")),
+        ("put the banana in a line", "scene.yaml", 3, ("a line needs 2 objects", "banana")),
         ("put the cups in a line", "none.yaml", 6, ("none.yaml",)),
         ("put the cups in a line", "bag", 2, ("'bag'", "simulated", ".yaml")),
     ],

@@ -206,3 +206,23 @@ def test_an_answer_needs_a_question():
     state, _ = talk({"hm": f"? {BOTH}"}, "hm")
     with pytest.raises(IndexError, match="legal: 1 to 1"):
         answer(state, 1, NAMES)
+
+
+def test_a_wish_that_is_repeated_is_proposed_anew():
+    script = {"put the cups in a line": "line of 3, 4", "line of 3, 4 > put the cups in a line": "="}
+    state, outcome = talk(script, "put the cups in a line", "put the cups in a line")
+    assert (outcome.status, str(state.goal), outcome.changed) == ("ok", "line of 3, 4", (0,))
+
+
+def test_a_part_that_is_wished_for_again_is_there_already_once_it_is_built():
+    both, script = "line of 3, 4; 2 at left", {"can left": "2 at left", "line of 3, 4; 2 at left > can left": "="}
+    _, outcome = talk(script, "can left", state=holding(both))
+    assert (outcome.status, str(outcome.goal), outcome.changed) == ("ok", both, (1,))
+    _, outcome = talk(script, "can left", state=built(holding(both)))
+    assert (outcome.status, str(outcome.goal)) == ("unchanged", both)
+
+
+def test_the_goal_so_far_said_again_answers_the_question():
+    script = {"a": "line of 3, 4", "line of 3, 4 > b": "? 2 at left | line of 3, 4; 2 at left", "line of 3, 4; 2 at left > a": "line of 3, 4"}
+    state, outcome = talk(script, "a", "b", "a")
+    assert (outcome.status, str(state.goal), outcome.changed, state.question) == ("ok", "line of 3, 4", (0,), None)
