@@ -130,11 +130,12 @@ def decide(
         rivals.append(nothing)
     if doubt is not None and doubt.certainty >= max(rivals, default=0.0):
         return Decision("ask", Candidate(doubt), (), 0.0, nothing)
-    goals = [candidates[number].proposal.goal for number in order if shares[number] >= OFFER]
-    offered = tuple(goal for goal in goals[:MOST_OFFERED] if goal is not None)
+    unclear = not follows and likeliest is not None and likeliest.answer == "unclear"  # a question helps, whatever it offers
+    goals = (candidates[number].proposal.goal for number in order if unclear or shares[number] >= OFFER)
+    offered = tuple(goal for goal in goals if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0
     # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs little.
-    asks = bool(offered) and not barred and (nothing < BUILD if follows else nothing <= surest)
+    asks = bool(offered) and not barred and (unclear or (nothing < BUILD if follows else nothing <= surest))
     return Decision("ask" if asks else "refused", best, offered, surest, nothing)
 
 

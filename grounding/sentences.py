@@ -8,7 +8,6 @@ from dataclasses import replace
 from grounding.decide import BUILD, OFFER, Decision
 from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
-from grounding.goals.parts import StructurePart
 from grounding.parse_result import Question, shortened
 from grounding.propose.proposal import Proposal
 from grounding.spec import SHAPES
@@ -28,10 +27,9 @@ def shape_question(goal: Goal, names: Sequence[str] | None) -> tuple[Question, t
     Returns:
         The question, and the goal behind each of its options, those alone for which there are enough objects.
     """
-    part = goal.parts[0] if len(goal.parts) == 1 else None
-    if not isinstance(part, StructurePart) or part.keys or part.spec.tokens():
+    if not goal.is_open:
         return None
-    goals = {shape: Goal((replace(part, shape=shape),)) for shape in SHAPES}
+    goals = {shape: Goal((replace(goal.structures[0], shape=shape),)) for shape in SHAPES}
     if names is not None:
         goals = {shape: one for shape, one in goals.items() if not infeasible(one, names)}
     options = tuple(goals)
@@ -46,6 +44,8 @@ def goal_question(text: str, decision: Decision, names: Sequence[str] | None) ->
     options = tuple(describe_parts(goal.parts, names) for goal in decision.offered)
     if decision.probability >= BUILD and decision.chosen is not None and decision.chosen.lost:
         why = f"{_quoted(decision.chosen.lost)} in {shortened(text)!r} may be lost"
+    elif decision.probability < OFFER:
+        why = f"it is not clear which objects or which place are meant in {shortened(text)!r}"
     else:
         why = f"{shortened(text)!r} was not understood for certain"
     which = "is this the goal that is meant" if len(options) == 1 else "which of these is meant"

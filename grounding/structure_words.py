@@ -56,26 +56,14 @@ class Words:
     """Single words and phrases of a structure, by their role in a sentence.
 
     Attributes:
-        nouns: by which a correction names the structure: "the ring".
-        plain_nouns: nouns that request nothing by themselves in a correction.
+        nouns: by which people name the structure: "ring".
         never_objects: nouns, with their plurals, that mean a structure and never an object on the table.
-        adjectives: of the structure, in a correction: "circular", "side by side".
-        verbs: that build it: "stack".
-        clause_verbs: verbs that begin a clause of a correction.
-        asking_verbs: verbs that are a request even if nothing else was understood.
         arranging: single verbs whose objects take part.
-        participles: of its verbs: "stacked".
     """
 
     nouns: tuple[str, ...] = ()
-    plain_nouns: tuple[str, ...] = ()
     never_objects: tuple[str, ...] = ()
-    adjectives: tuple[str, ...] = ()
-    verbs: tuple[str, ...] = ()
-    clause_verbs: tuple[str, ...] = ()
-    asking_verbs: tuple[str, ...] = ()
     arranging: tuple[str, ...] = ()
-    participles: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -92,9 +80,7 @@ class StructureWords:
         grammar: see `Grammar`.
         phrases: "noun" and "action" -> phrases of the training language.
         stacked: whether its objects stand on each other: then "at the bottom" is a place of an object in it.
-        along_edges: whether it can run along an edge of the table.
         pieces: nouns of objects that have a place of their own in it.
-        rotations: word -> the rotation that it means: a "vertical" line.
         half_turn: the message if half a turn changes nothing; empty if it changes the structure.
         unrotated: the reason for asking which way it should face if it shows no rotation; empty for the common reason.
         typos: word -> how it is mistyped in the training language.
@@ -111,9 +97,7 @@ class StructureWords:
     phrases: Mapping[str, tuple[str, ...]]
     keys: tuple[str, ...] = ()
     stacked: bool = False
-    along_edges: bool = False
     pieces: tuple[str, ...] = ()
-    rotations: Mapping[str, str] = field(default_factory=dict)
     half_turn: str = ""
     unrotated: str = ""
     typos: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

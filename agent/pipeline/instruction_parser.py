@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,9 +53,9 @@ def make_interpreter(
         encoder: share a loaded built-in one.
         strict: raise the LLM's errors instead of falling back to the embedding parser.
     """
+    from grounding.goal_network.writer import NetworkWriter
     from grounding.interpreter import Interpreter  # a chat reads its first sentence after its prompt
     from grounding.parsers.sentence_encoder import SentenceEncoder
-    from grounding.goal_network.writer import NetworkWriter
     from grounding.propose.network import NetworkProposer
 
     encoder = encoder or SentenceEncoder()

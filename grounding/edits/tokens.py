@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from grounding.resolve.measures import length_at, number_at
-from grounding.resolve.tokens import Words, split
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Part, StructurePart
 from grounding.resolve.attributes import SceneObject
+from grounding.resolve.measures import length_at, number_at
 from grounding.resolve.object_names import read_name
+from grounding.resolve.tokens import Words, split
 from grounding.resolve.word_forms import singular
 from grounding.structure_words import STRUCTURES
 

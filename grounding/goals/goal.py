@@ -75,6 +75,12 @@ class Goal:
             return self.parts[0].spec
         return None
 
+    @property
+    def is_open(self) -> bool:
+        """Return whether the goal says nothing but which objects take part."""
+        part = self.parts[0] if len(self.parts) == 1 else None
+        return isinstance(part, StructurePart) and not part.keys and not part.spec.tokens()
+
     def named_objects(self) -> tuple[int | str, ...]:
         """Return every object that a part names, as object, reference or centre, in the order of the parts."""
         named: dict[int | str, None] = {}

@@ -48,6 +48,8 @@ def resolved(
         found = resolve_goal(worded.parts, there, text, worded.kept, worded.known)
     except UnclearObjectsError as doubt:
         phrase = doubt.phrase
+        if phrase in worded.known:  # which one was said, and it is still in doubt
+            return Proposal(certainty=worded.certainty, question=doubt.question)
         return _asked(worded, doubt, there.names, lambda known: resolved(
             replace(worded, known={**worded.known, phrase: known}), text, objects, encoder, catalogue, opposite
         ))  # fmt: skip

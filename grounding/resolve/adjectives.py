@@ -41,9 +41,9 @@ def colours_of(word: str) -> tuple[str, ...] | None:
 
 def size_of(word: str) -> tuple[str, str] | None:
     """Return an adjective of `MEASURES` and its degree, "tall" and "most" for "tallest"; `None` for other words."""
-    for table, degree in ((SUPERLATIVES, "most"), (COMPARATIVES, "more")):
-        if word in table:
-            return table[word], degree
+    for forms, degree in ((SUPERLATIVES, "most"), (COMPARATIVES, "more")):
+        if word in forms:
+            return forms[word], degree
     if word in MEASURES or word in _SIZES:
         return _SIZES.get(word, word), ""
     for ending, degree in (("est", "most"), ("er", "more")):

@@ -14,7 +14,6 @@ from grounding.resolve.phrase import Phrase, Rank, Test
 from grounding.resolve.referents import Referents
 from grounding.resolve.size_choice import SizeChoice
 from grounding.resolve.table_places import SIDES_OF_TABLE
-from grounding.resolve.word_forms import plural
 
 # What is said of things without choosing between them: "the coffee mug", "the sticky tape".
 _COMPOUNDS = frozenset(

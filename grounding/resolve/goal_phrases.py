@@ -42,7 +42,7 @@ class GoalPhrases:
         self, there: Referents, text: str = "", known: Mapping[str, tuple[int, ...]] = MappingProxyType({})
     ) -> None:
         self._there, self._known, self._said = there, known, SaidPhrases()
-        self._objects = PhraseObjects(there, self._said, self._words(text))
+        self._objects = PhraseObjects(there, self._said, self._words(text), known)
         self.notes = self._objects.choice.notes
 
     @property
@@ -133,7 +133,8 @@ class GoalPhrases:
                     continue
                 try:
                     said.found = self._objects.find(said, groups[said.group])
-                except (Doubt, ResolveError) as error:
+                except (Doubt, ResolveError) as problem:
+                    error: Exception = problem
                     try:
                         said.found = described_objects(said.source, self._there, self.notes)
                     except Doubt as doubt:

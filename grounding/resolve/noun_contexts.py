@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from grounding.resolve.adjectives import colours_of
@@ -13,6 +12,7 @@ from grounding.resolve.lexicon import GENERAL
 from grounding.resolve.phrase import Phrase, SaidPhrases, Test
 from grounding.resolve.phrase_parser import PhraseParser
 from grounding.resolve.referents import Referents
+
 
 class NounContexts:
     """The nouns of one instruction.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from grounding.resolve.adjectives import TEMPERATURES
@@ -24,15 +24,13 @@ class PhraseObjects:
         there: what is there.
         said: the phrases of the goal.
         words: of the instruction.
+        known: phrases whose objects are known, also within other phrases.
     """
 
     def __init__(
-        self,
-        there: Referents,
-        said: SaidPhrases,
-        words: Sequence[str],
+        self, there: Referents, said: SaidPhrases, words: Sequence[str], known: Mapping[str, tuple[int, ...]]
     ) -> None:
-        self._there, self._said = there, said
+        self._there, self._said, self._known = there, said, known
         self.choice = Choice(there, self._inner, said.last_one)
         self.contexts = NounContexts(words, there, self.choice)
         self._told = ToldObjects(words, there, said, self._objects)
@@ -69,6 +67,8 @@ class PhraseObjects:
         return found
 
     def _objects(self, phrase: Phrase) -> list[int]:
+        if phrase.text in self._known:
+            return list(self._known[phrase.text])
         if phrase in self._open:
             raise ResolveError(f"{phrase.text!r} cannot be told without itself")
         self._open.add(phrase)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from collections.abc import Sequence
 from dataclasses import replace
 
 from grounding.resolve.clauses import clauses_after

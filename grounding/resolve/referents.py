@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING
 
 from grounding.resolve.attributes import ObjectAttributes, SceneObject
 from grounding.resolve.lexicon import (
-    COLOURS, FILLINGS, GROUPS, HELD, KINDS, LOOSE, MASS_NOUNS, OCCASIONS, SEVERAL_MEANINGS, STUFF, VESSELS, meanings,
+    COLOURS,
+    FILLINGS,
+    GROUPS,
+    HELD,
+    KINDS,
+    LOOSE,
+    MASS_NOUNS,
+    OCCASIONS,
+    SEVERAL_MEANINGS,
+    STUFF,
+    VESSELS,
+    meanings,
 )
 from grounding.resolve.object_names import UNKNOWN_CATEGORY, as_named, read_name, vocabulary
 from grounding.resolve.table_places import TablePlaces

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import torch
 from safetensors.torch import save
-from torch import nn
 from torch.nn import functional
 
 from grounding.atomic_files import write_all_whole

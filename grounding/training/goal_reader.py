@@ -18,7 +18,7 @@ import numpy as np
 import torch
 
 from grounding.atomic_files import write_all_whole
-from grounding.goal_network.vocabulary import KEYWORDS, NO_GOAL
+from grounding.goal_network.vocabulary import KEYWORDS
 from grounding.goal_network.weight_differences import packed_bytes
 from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID, NetworkWriter, base_arrays, base_record
 from grounding.parsers.sentence_encoder import SentenceEncoder

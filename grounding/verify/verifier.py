@@ -16,11 +16,11 @@ import numpy as np
 
 from grounding.goal_network.goal_rendition import BEFORE, NOW, rendition_of
 from grounding.goal_network.writer import ENCODER_LAYER, load_network
-from grounding.resolve.tokens import words_of
 from grounding.goals.goal import Goal
 from grounding.linear_algebra import one_thread
 from grounding.parsers.bert import EncoderLayer, Linear, gelu
 from grounding.resolve.attributes import SceneObject
+from grounding.resolve.tokens import words_of
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder

@@ -7,7 +7,7 @@ from typing import Any
 
 from grounding.goal_network.goal_rendition import ObjectPhrase, in_centimetres, object_phrases
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Objects, Order, Part, PartReference, RelationPart, StructurePart
+from grounding.goals.parts import Objects, Order, Part, PartReference, StructurePart
 from grounding.resolve.attributes import SceneObject
 
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from grounding.foreign_languages import foreign_language
-from grounding.interpreter import Interpreter
 from grounding.parsers.spelling import mend
 
 DATA = Path(__file__).parents[2] / "grounding" / "benchmark_data"

@@ -4,7 +4,7 @@ from importlib import resources
 
 import pytest
 
-from grounding.benchmark import development_rows, free_rows, five_slots, is_exact, load_rows
+from grounding.benchmark import development_rows, five_slots, free_rows, is_exact, load_rows
 
 
 def _rows(name):

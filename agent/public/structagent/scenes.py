@@ -18,7 +18,8 @@ from structagent.clouds import (
     checked_table,
 )
 from structagent.errors import public_errors
-from structdiffusion.observation import ObjectCloud, Scene as Observation, Table
+from structdiffusion.observation import ObjectCloud, Table
+from structdiffusion.observation import Scene as Observation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -9,7 +9,7 @@ from agent import events
 from agent.arm.events import Picked, Placed, Planned, Stopped
 from agent.chat.conversation import Conversation
 from agent.chat.other_arrangement import differs, places_of
-from agent.errors import INTERRUPTED, NOT_BUILDABLE, NotBuildable, NoValidGoal, UsageError
+from agent.errors import INTERRUPTED, NOT_BUILDABLE, NoValidGoal, UsageError
 from agent.event_base import kind_of
 from agent.pipeline.run import RunOptions
 from grounding.spec import StructureSpec

@@ -43,10 +43,12 @@ is there a banana?
 
 
 def normalized(lines: list[str]) -> str:
-    """Without what depends on the machine: numbers with a point, and how many columns they take."""
+    """Without what depends on the machine: numbers with a point, how many columns they take, what a finger brushes by a hair."""
     out = []
     for line in lines:
         line = line.rstrip()
+        if " stands no longer: " in line:
+            continue
         if not re.match(r"[|+▌▐▗▝]", line):  # a picture stays as it is
             line = re.sub(r"\d+\.\d+", "#", line)
             line = re.sub(r"\S*session\.jsonl", "SESSION", line)

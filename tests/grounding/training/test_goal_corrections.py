@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from grounding.goals.goal import Goal
 from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS
+from grounding.goals.goal import Goal
 from grounding.training.goal_corrections import (
     DrawnCorrections,
     GoalCorrection,
