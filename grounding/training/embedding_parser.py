@@ -31,7 +31,7 @@ from grounding.spec import FIRST_SHAPES, SLOTS
 from grounding.training.precision import quick_steps
 from grounding.training.slot_network import SlotNetwork
 from grounding.training.slot_texts import draw_sentences, temperature
-from grounding.training.steps import Report, Training, by_length, silent, take_steps
+from grounding.training.steps import Report, Training, by_length, one_cycle, silent, split_weights, take_steps
 
 # The encoder has six layers. Its lowest two stay as they are and the others learn: with all six frozen,
 # heads on their states read a tenth fewer of the development sentences without a mistake.
@@ -124,7 +124,9 @@ def _trained(options: ParserTraining, encoder: SentenceEncoder, report: Report) 
             network = SlotNetwork.of(EmbeddingParser.from_pretrained(options.start, encoder).reader)
         batches = by_length(draw_sentences(rng, CORPUS_SHARE), BATCH, BUCKET, lambda entry: len(entry.text), rng)
         losses = (loss_of(network.train(), encoder, batch) for batch in batches)
-        for _ in take_steps(losses, options.steps, *_optimiser(network, options), report):
+        layers, heads = split_weights(network, "layers.")
+        groups = ((layers, options.rate * LEARNING_RATE), (heads, options.rate * HEAD_LEARNING_RATE))
+        for _ in take_steps(losses, options.steps, *one_cycle(groups, options.steps), report):
             pass
     return network.eval()
 
@@ -136,20 +138,6 @@ def _initial_network(encoder: SentenceEncoder) -> SlotNetwork:
     for own, layer in zip(network.layers, upper_layers, strict=True):
         own.load_state_dict({name: torch.from_numpy(array) for name, array in layer.state().items()})
     return network
-
-
-def _optimiser(
-    network: SlotNetwork, options: ParserTraining
-) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-    """Return AdamW with one learning rate for the layers and one for the heads, and its one-cycle schedule."""
-    upper = list(network.layers.parameters())
-    heads = [weight for name, weight in network.named_parameters() if not name.startswith("layers.")]
-    rates = [options.rate * LEARNING_RATE, options.rate * HEAD_LEARNING_RATE]
-    optimiser = torch.optim.AdamW(
-        [{"params": upper, "lr": rates[0]}, {"params": heads, "lr": rates[1]}], weight_decay=0.01
-    )
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rates, total_steps=options.steps + 1, pct_start=0.1)
-    return optimiser, schedule
 
 
 def measure(

@@ -27,7 +27,7 @@ from grounding.parsers.spelling import mend
 from grounding.training.embedding_parser import CORPUS_SHARE, loss_of_votes, measure
 from grounding.training.slot_network import SlotNetwork
 from grounding.training.slot_texts import draw_sentences
-from grounding.training.steps import Report, by_length, silent, take_steps
+from grounding.training.steps import Report, by_length, one_cycle, silent, take_steps
 
 VERSION = 1  # of the fit: a parser of another version in the cache is not used
 SENTENCES, EPOCHS, BATCH = 8000, 10, 32
@@ -100,10 +100,8 @@ def _trained(batches: Sequence[_Batch], width: int) -> SlotNetwork:
     with torch.random.fork_rng():
         torch.manual_seed(0)  # initial weights and dropout know no generator of their own
         network = SlotNetwork(layers=0, width=width, hidden=HIDDEN).train()
-        optimiser = torch.optim.AdamW(network.parameters(), lr=LEARNING_RATE, weight_decay=0.01)
-        schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, LEARNING_RATE, total_steps=steps + 1, pct_start=0.1)
         drawn = (batches[k] for _ in range(EPOCHS) for k in rng.permutation(len(batches)))
         losses = (loss_of_votes(network(hidden.float(), mask), labels) for labels, hidden, mask in drawn)
-        for _ in take_steps(losses, steps, optimiser, schedule, silent):
+        for _ in take_steps(losses, steps, *one_cycle([(network.parameters(), LEARNING_RATE)], steps), silent):
             pass
     return network.eval()

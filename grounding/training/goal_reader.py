@@ -29,7 +29,7 @@ from grounding.training.goal_variation import varied
 from grounding.training.joined_instructions import JoinedInstructions
 from grounding.training.plain_wishes import PlainWishes
 from grounding.training.slot_sentences import SlotSentences
-from grounding.training.steps import Report, Training, by_length, silent, take_steps
+from grounding.training.steps import Report, Training, by_length, one_cycle, silent, split_weights, take_steps
 
 BATCH, BUCKET = 64, 10
 STEPS = 4000
@@ -41,7 +41,6 @@ JOINED = 0.35  # share of the others that are joined from two
 # Of the labelled texts half are drawn evenly, and half in proportion to the loss with which training begins: what the
 # network to start from knows need only be kept. A higher loss does not count more: the label may be at fault.
 EVENLY, MOST_LOSS = 0.5, 2.0
-WARM_UP = 200  # steps, at most a tenth of all
 REPORTED, SAVED = 200, 180.0  # steps between two lines of progress, seconds between two files of weights
 HELD_OUT = 12
 
@@ -94,9 +93,11 @@ def train(options: GoalNetworkTraining, report: Report = silent) -> None:
         draw = _drawer(options, network, encoder, rng)
         drawn = by_length(iter(draw, None), BATCH, BUCKET, lambda task: len(task.words), rng)
         losses = (GoalBatch.of(encoder, batch).loss(network.train()) for batch in drawn)
+        layers, others = split_weights(network, "upper.")
+        groups = ((layers, UPPER_RATE * options.rate), (others, options.rate))
         saved = time.perf_counter()
         for step in take_steps(
-            losses, options.steps, *_optimiser(network, options), report, REPORTED,
+            losses, options.steps, *one_cycle(groups, options.steps), report, REPORTED,
             lambda: ", held out " + ", ".join(f"{loss_of(network, encoder, rows):.3f}" for rows in unseen),
         ):  # fmt: skip
             if time.perf_counter() - saved > SAVED or step == options.steps:
@@ -186,20 +187,3 @@ def _initial(encoder: SentenceEncoder, options: GoalNetworkTraining) -> GoalNetw
     network.load_state_dict({name: layers.get(name, tensor) for name, tensor in network.state_dict().items()})
     return network
 
-
-def _optimiser(
-    network: GoalNetwork, options: GoalNetworkTraining
-) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-    """Return AdamW and its schedule: up for a while, constant for half of the steps, then down to nothing."""
-    others = [weight for name, weight in network.named_parameters() if not name.startswith("upper.")]
-    groups = [
-        {"params": list(network.upper.parameters()), "lr": UPPER_RATE * options.rate},
-        {"params": others, "lr": options.rate},
-    ]
-    optimiser = torch.optim.AdamW(groups, weight_decay=0.01, betas=(0.9, 0.98))
-    warm_up = min(WARM_UP, options.steps / 10)
-
-    def factor(step: int) -> float:
-        return min(1.0, (step + 1) / max(1.0, warm_up)) * min(1.0, max(0.02, 2.0 * (1.0 - step / options.steps)))
-
-    return optimiser, torch.optim.lr_scheduler.LambdaLR(optimiser, factor)

@@ -30,7 +30,7 @@ from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE, quotable
 from grounding.spec import SLOTS
 from grounding.training.low_rank import SCALE, LowRank, Prefix
 from grounding.training.slot_texts import TEMPERATURES, draw_sentences, misfit, temperature
-from grounding.training.steps import Report, Training, by_length, silent, take_steps
+from grounding.training.steps import Report, Training, by_length, one_cycle, silent, take_steps
 from prompts import load_prompt, with_examples
 
 BATCH, BUCKET = 16, 8
@@ -108,12 +108,8 @@ class Trainer:
     def steps(self, losses: Iterable[torch.Tensor], report: Report, reported: int) -> Iterator[int]:
         """Take all steps, and yield the number of each after it."""
         weights = [weight for layer in self.added.values() for weight in (layer.a, layer.b) if weight.requires_grad]
-        optimiser = torch.optim.AdamW(weights, weight_decay=0.01, betas=(0.9, 0.98))
         steps = self.options.steps
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimiser, self.options.rate, total_steps=steps + 1, pct_start=0.05, cycle_momentum=False
-        )
-        return take_steps(losses, steps, optimiser, schedule, report, reported)
+        return take_steps(losses, steps, *one_cycle([(weights, self.options.rate)], steps), report, reported)
 
     def loss(self, batch: Sequence[LabelledText]) -> torch.Tensor:
         """Sum the questions' cross-entropies per text; the slots of refused texts do not count."""

@@ -39,14 +39,13 @@ from grounding.training.precision import quick_steps
 from grounding.training.proposals import ProposedGoals, read_proposals
 from grounding.training.slot_network import encoder_layer
 from grounding.training.slot_sentences import SlotSentences
-from grounding.training.steps import Report, by_length, silent, take_steps
+from grounding.training.steps import Report, by_length, one_cycle, silent, split_weights, take_steps
 from grounding.verify.verifier import HEADS, Pair, pair_of
 
 WIDTH, SHARED = 384, 128
 BATCH, BUCKET = 48, 8
 STEPS = 1500
 LEARNING_RATE, HEAD_FACTOR = 5e-5, 16.0
-WARM_UP = 60
 OF_SLOTS = 0.2  # share of the texts that are drawn sentences for one structure
 REPORTED = 100  # steps between two lines of progress
 LOST_SHARE, LOST_WEIGHT = 0.3, 5.0  # of the loss of words; of a lost word against a held one, of which there are many
@@ -133,8 +132,10 @@ def train(options: VerifierTraining, report: Report = silent) -> None:
         network = _initial(encoder, options.start)
         batches = (batch for _ in count() for batch in _batches(seen, slots, rng))
         losses = (_loss(network.train(), encoder, batch) for batch in batches)
+        layers, heads = split_weights(network, "upper.")
+        groups = ((layers, options.rate), (heads, HEAD_FACTOR * options.rate))
         for step in take_steps(
-            losses, options.steps, *_optimiser(network, options), report, REPORTED,
+            losses, options.steps, *one_cycle(groups, options.steps), report, REPORTED,
             lambda: f", held out {loss_of(network, encoder, unseen):.3f}",
         ):  # fmt: skip
             if step % REPORTED == 0 or step == options.steps:
@@ -267,18 +268,3 @@ def _initial(encoder: SentenceEncoder, start: Path | None) -> VerifierNetwork:
     network.load_state_dict(tensors, strict=start is not None)
     return network
 
-
-def _optimiser(
-    network: VerifierNetwork, options: VerifierTraining
-) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-    heads = [tensor for name, tensor in network.named_parameters() if not name.startswith("upper.")]
-    groups = [
-        {"params": list(network.upper.parameters()), "lr": options.rate},
-        {"params": heads, "lr": HEAD_FACTOR * options.rate},
-    ]
-    optimiser = torch.optim.AdamW(groups, weight_decay=0.01)
-
-    def factor(step: int) -> float:
-        return min(1.0, (step + 1) / WARM_UP) * (1.0 - 0.95 * step / options.steps)
-
-    return optimiser, torch.optim.lr_scheduler.LambdaLR(optimiser, factor)
