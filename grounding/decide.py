@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from grounding.goals.goal import Goal
 from grounding.propose.proposal import Proposal
 
-BUILD = 0.62
+BUILD = 0.6
 OFFER = 0.15
 MOST_OFFERED = 2
 _LEAST = 1e-6
@@ -120,8 +120,9 @@ def decide(
     barred = best is not None and any(each.problem and each.certainty > best.proposal.certainty for each in proposals)
     if best is not None and shares[order[0]] >= BUILD and not barred:
         best = replace(best, lost=tuple(dict.fromkeys((*best.lost, *best.unknown, *best.numbers))))
-        # Most of what is said about a goal are a few words, each of which counts; in a scene few words of a right goal seem lost.
-        asks = (follows and bool(best.unknown)) or (scene and best.doubt >= BUILD and bool(best.lost))
+        # Most of what is said about a goal are a few words, each of which counts. A word that is surely lost leaves the goal less than
+        # the share from which on one is offered.
+        asks = (follows and bool(best.unknown)) or (scene and 1.0 - best.doubt < OFFER and bool(best.lost))
         goals = (best.proposal.goal,) if asks and best.proposal.goal is not None else ()
         return Decision("ask" if asks else "ok", best, goals, shares[order[0]], nothing)
     likeliest = max(proposals, key=lambda each: each.certainty, default=None)

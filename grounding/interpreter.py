@@ -312,18 +312,23 @@ class Interpreter:
         self, said: _Said, proposals: Sequence[Proposal], objects: Sequence[SceneObject] | None
     ) -> list[Candidate]:
         parse = None if said.before.parts or objects is not None else said.parse
-        copied = {word for one in said.worded for phrase in one.phrases for word in words_of(phrase)}
-        unknown = unknown_words(said.heard, copied, self.encoder.whole_words)
         found = judged(said.heard, proposals, self.verifier, objects, said.before, parse)
-        return [replace(one, unknown=unknown, numbers=_lost_numbers(said, one.proposal)) for one in found]
+        return [replace(one, unknown=self._unknown(said, one.proposal), numbers=_lost_numbers(said, one.proposal)) for one in found]
+
+    def _unknown(self, said: _Said, one: Proposal) -> tuple[str, ...]:
+        copied = {word for phrase in _phrases(one) for word in words_of(phrase)}
+        return unknown_words(said.heard, copied, self.encoder.whole_words)
 
     def _as_spoken(self, goal: Goal) -> Goal:
         return goal.turned() if self.viewpoint == "opposite" else goal
 
 
+def _phrases(one: Proposal) -> tuple[str, ...]:
+    return () if one.worded is None else one.worded.phrases
+
+
 def _lost_numbers(said: _Said, one: Proposal) -> tuple[str, ...]:
-    phrases = () if one.worded is None else one.worded.phrases
-    return () if one.goal is None else lost_numbers(said.heard, one.goal, phrases, said.before)
+    return () if one.goal is None else lost_numbers(said.heard, one.goal, _phrases(one), said.before)
 
 
 def _scene_objects(objects: Objects | None) -> list[SceneObject] | None:

@@ -67,8 +67,8 @@ def _resolved(goal, count):
 
 # Of each set how many came out right in every turn, right after questions that were answered, and otherwise built.
 RATES = [
-    ("development", 20, 28, 3), ("unseen", 5, 8, 4), ("development b", 11, 16, 3), ("unseen b", 5, 11, 5),
-    ("unseen c", 19, 23, 3), ("unseen d", 9, 23, 6), ("unseen e", 16, 21, 5),
+    ("development", 23, 25, 5), ("unseen", 6, 11, 2), ("development b", 15, 16, 3), ("unseen b", 6, 9, 4),
+    ("unseen c", 20, 23, 3), ("unseen d", 14, 26, 7), ("unseen e", 17, 19, 7),
 ]  # fmt: skip
 
 
@@ -88,7 +88,7 @@ SALAD = [
     ("on the left with feelings", "feelings"), ("now a circle of doom", "doom"), ("left gronk", "gronk"), ("gronk the left", "gronk"),
     ("smaller purple", "purple"), ("bigger, and dance", "dance"), ("add the gronk", "gronk"), ("wobble the gorp quickly", "gorp"),
 ]  # fmt: skip
-PASSED_OVER = {"on the left with feelings", "now a circle of doom", "left gronk", "gronk the left", "smaller purple", "bigger, and dance"}
+PASSED_OVER = {"on the left with feelings", "now a circle of doom", "bigger, and dance"}
 UNSEEN = pytest.mark.xfail(reason="the verifier does not see it yet", strict=False)
 
 
