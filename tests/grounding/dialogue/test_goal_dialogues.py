@@ -3,8 +3,8 @@
 `goal_dialogues.jsonl` has two pairs of sets. The first: 40 dialogues with which corrections were developed, and 20 that were
 read for the first time when that was done (then 10 of the 20 came out right in every turn). The second, of another day: 25 that
 were mended (12 right at first), and 16 that were read for the first time after that (then 7 right). "unseen c" and
-"unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a third; nobody opens
-them, rates only. A dialogue ends at its first turn that goes wrong.
+"unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a third, and "unseen g" are 40
+longer ones of a fourth; nobody opens them, rates only. A dialogue ends at its first turn that goes wrong.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def _resolved(goal, count):
 # Of each set how many came out right in every turn, right after questions that were answered, and otherwise built.
 RATES = [
     ("development", 23, 25, 5), ("unseen", 6, 11, 2), ("development b", 15, 16, 3), ("unseen b", 6, 9, 4),
-    ("unseen c", 20, 23, 3), ("unseen d", 14, 26, 7), ("unseen e", 17, 19, 7),
+    ("unseen c", 20, 23, 3), ("unseen d", 14, 26, 7), ("unseen e", 17, 19, 7), ("unseen g", 13, 19, 11),
 ]  # fmt: skip
 
 

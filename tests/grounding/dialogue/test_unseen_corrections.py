@@ -4,7 +4,7 @@ The form of `unseen_corrections.tsv` (writer 1) and `unseen_corrections_b.tsv` (
 `grounding/language/goal_corrections.tsv`. Nobody opens them; rates only. Writer 4 labelled 130 before any was read: with
 `seen_corrections_d.tsv` corrections were developed, `unseen_corrections_d.tsv` is read by nobody. Writer 5
 (`unseen_corrections_e.tsv`) and writer 6 (`unseen_corrections_f.tsv`) wrote what people would naturally type; labels that
-are equally fair are divided by "||".
+are equally fair are divided by "||". Writer 7 (`unseen_corrections_g.tsv`) spoke as ten people, and mixed remarks in.
 """
 
 from __future__ import annotations
@@ -58,6 +58,7 @@ RATES = [
     ("seen_corrections_d.tsv", (62, 3), 34, 45, 3, 1),
     ("unseen_corrections_e.tsv", (105, 21), 77, 88, 6, 1),
     ("unseen_corrections_f.tsv", (103, 13), 73, 89, 6, 1),
+    ("unseen_corrections_g.tsv", (117, 35), 94, 105, 2, 1),
 ]
 
 
