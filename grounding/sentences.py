@@ -10,6 +10,7 @@ from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.parse_result import Question, shortened
 from grounding.propose.proposal import Proposal
+from grounding.resolve.tokens import words_of
 from grounding.spec import SHAPES
 from grounding.verify.feasibility import infeasible
 from grounding.verify.wording import worded_goal, worded_objects
@@ -64,12 +65,17 @@ def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: 
         return f"{nothing}; {_help(names)}"
     if likeliest.answer == "unclear":
         return f"it is not clear which objects or which place are meant in {said!r}; name them, or {instead}"
-    if chosen is not None and chosen.lost and chosen.proposal.goal is not None:
+    if chosen is not None and chosen.proposal.goal is not None and _is_part(chosen.lost, text):
         rest = worded_goal(chosen.proposal.goal, names)
         return f"{_quoted(chosen.lost)} in {said!r} asks for what no goal can hold; leave it out: say {rest!r}"
     if likeliest.answer:
         return f"{nothing}; {instead}"
     return f"{said!r} was not understood for certain; {instead}"
+
+
+def _is_part(lost: Sequence[str], text: str) -> bool:
+    """Return whether some words are lost, and not the whole text."""
+    return bool(lost) and not {word for word in words_of(text) if word[0].isalnum()} <= set(words_of(" ".join(lost)))
 
 
 def _problem(likeliest: Proposal, proposals: Sequence[Proposal]) -> str:
