@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -216,7 +217,13 @@ def base_of(config: Mapping[str, Any]) -> dict[str, np.ndarray]:
 
 def base_record() -> dict[str, str]:
     """Return what a config says of the network from which its own differs: the parser of the five slots."""
-    return {"network": "embedding", "sha256": hashlib.sha256(_PARSER.read_bytes()).hexdigest()}
+    return {"network": "embedding", "sha256": _parser_sha256()}
+
+
+@cache
+def _parser_sha256() -> str:
+    """Return the checksum of the parser's weights, of which two networks are differences."""
+    return hashlib.sha256(_PARSER.read_bytes()).hexdigest()
 
 
 def base_arrays() -> dict[str, np.ndarray]:
