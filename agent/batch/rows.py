@@ -14,7 +14,7 @@ as "line-007", or in an array of its place, such as "row-007":
 | `id` | 1 to 80 letters a-z, digits, ".", "_", "-"; begins with a letter or digit, ends without "." |
 | `text` | the instruction |
 | `scene`, `objects`, `model`, `weights`, `seed`, `execute` | as the flags of `run`; by default the batch's own flags |
-| `parser`, `viewpoint`, `encoder`, `llm_model`, `llm_url` | likewise |
+| `parser`, `viewpoint`, `llm_model`, `llm_url` | likewise |
 
 Relative paths in a row start from the file's folder; from the current folder if the rows come from standard input.
 """
@@ -42,7 +42,7 @@ STANDARD_INPUT = "-"
 _SETTINGS = {setting.name: setting for setting in SETTINGS if setting.name != "workers"}
 KEYS = ("id", "text", *_SETTINGS)
 _PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any other illegal value is wrong usage
-_READING = ("parser", "viewpoint", "encoder", "llm_model", "llm_url")
+_READING = ("parser", "viewpoint", "llm_model", "llm_url")
 ID = re.compile(r"(?=.{1,80}$)[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9_-])?")
 # Names of devices, with any ending, where Windows or one of its disks holds the folder.
 _DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)

@@ -14,7 +14,6 @@ from agent.cli.options import (
     CallOption,
     CameraPoseOption,
     DepthUnitOption,
-    EncoderOption,
     ForceOutOption,
     JsonOption,
     LLMModelOption,
@@ -57,7 +56,6 @@ def batch(
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
-    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -82,7 +80,7 @@ def batch(
     has these keys. Its content decides. Only text is required. id is unique and names the
     folder of the row's report. The other keys are named like the options below, which are
     their defaults: scene, objects, model, weights, seed, execute, parser, viewpoint,
-    encoder, llm_model, llm_url. Paths in a row are relative to the folder of FILE. An
+    llm_model, llm_url. Paths in a row are relative to the folder of FILE. An
     invalid row fails; the others run.
 
     \b
@@ -103,7 +101,7 @@ def batch(
     from agent.batch.run import run_batch
     from agent.pipeline.run import RunOptions
 
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
     with results_stream() as results:

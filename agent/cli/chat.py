@@ -14,7 +14,6 @@ from agent.cli.options import (
     CallOption,
     CameraPoseOption,
     DepthUnitOption,
-    EncoderOption,
     ForceOutOption,
     LLMModelOption,
     LLMUrlOption,
@@ -54,7 +53,6 @@ def chat(
     force: ForceOutOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
-    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -77,7 +75,7 @@ def chat(
     Example: structagent chat --scene desk.yaml
     """
     claim_folder(out, "chat", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, which is closed")

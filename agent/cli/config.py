@@ -68,7 +68,6 @@ def reading_options(
     viewpoint: str,
     llm_model: str | None,
     llm_url: str | None,
-    encoder: str | None = None,
 ) -> ReadingOptions:
     """Return how a command parses instructions; a key is only sent to an endpoint that the user, not the project,
     named.
@@ -81,7 +80,7 @@ def reading_options(
     by_flag = source is not None and source.name == "COMMANDLINE"
     by_project = not by_flag and configured is not None and configured.layer == PROJECT
     key_url = None if by_project else llm_url
-    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=key_url, encoder=encoder)
+    return ReadingOptions(parser, viewpoint, llm_model, llm_url, key_url=key_url)
 
 
 def configurable(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

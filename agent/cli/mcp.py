@@ -18,7 +18,6 @@ from agent.cli.options import (
     CallOption,
     CameraPoseOption,
     DepthUnitOption,
-    EncoderOption,
     ForceOutOption,
     LLMModelOption,
     LLMUrlOption,
@@ -65,7 +64,6 @@ def mcp(
     force: ForceOutOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
-    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     transport: Annotated[
@@ -115,7 +113,7 @@ def mcp(
         raise UsageError("--host, --port and --allow-host need --transport http")
     folder = out or _default_folder()
     claim_folder(folder, "chat", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     if find_spec("mcp") is None:
         raise UsageError(

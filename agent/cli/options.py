@@ -131,15 +131,6 @@ ViewpointOption = Annotated[
         help="Whose left and right the instruction uses: the robot's, or those of a person on the opposite side.",
     ),
 ]
-EncoderOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME|DIR",
-        help="Sentence encoder of the embedding parser: a folder or a Hugging Face name, as sentence-transformers "
-        "takes it. A parser is fitted to it at its first use (minutes) and makes more mistakes than the built-in one; "
-        "its rate is printed.",
-    ),
-]
 LLMModelOption = Annotated[
     str | None,
     typer.Option(metavar="NAME", help="Language model: a folder or a name; with --llm-url, its name at the endpoint."),

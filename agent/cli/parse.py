@@ -12,7 +12,6 @@ import typer
 
 from agent.cli.config import reading_options
 from agent.cli.options import (
-    EncoderOption,
     LLMModelOption,
     LLMUrlOption,
     ParserOption,
@@ -54,7 +53,6 @@ def parse(
         str | None,
         typer.Option(metavar="NAMES", help='Names of the objects on the table, such as "mug,bowl,plate,fork".'),
     ] = None,
-    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
@@ -73,7 +71,7 @@ def parse(
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, such as "mug,bowl,plate", and {objects!r} names none')
-    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
+    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     with results_stream() as results:
         count, refused, defects = parse_instructions(given, options, names, json_output, results, print_error)
     if not count:

@@ -16,7 +16,6 @@ from agent.cli.options import (
     CallOption,
     CameraPoseOption,
     DepthUnitOption,
-    EncoderOption,
     ForceOutOption,
     JsonOption,
     LLMModelOption,
@@ -69,7 +68,6 @@ def run(
     json_output: JsonOption = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
-    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -109,7 +107,7 @@ def run(
     if text.count(NO_TEXT) > replaced.count(NO_TEXT):
         raise BadInput(f"the instruction {text!r} has a byte that is not UTF-8 text, shown as {NO_TEXT}")
     claim_folder(out, "run", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     trajectories = export_trajectory or []
     if trajectories and not execute:
         raise UsageError("--export-trajectory needs the arm, and --no-execute does not use it; leave out one of them")

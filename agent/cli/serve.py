@@ -16,7 +16,6 @@ from agent.cli.options import (
     CallOption,
     CameraPoseOption,
     DepthUnitOption,
-    EncoderOption,
     ForceOutOption,
     LLMModelOption,
     LLMUrlOption,
@@ -72,7 +71,6 @@ def serve(
     token: Annotated[bool, typer.Option("--token", help="Ask pages of this machine for a token too.")] = False,
     parser: ParserOption = Parsers.embedding,
     viewpoint: ViewpointOption = Viewpoint.robot,
-    encoder: EncoderOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
     execute: Annotated[
@@ -105,7 +103,7 @@ def serve(
 
     check_installed()
     claim_folder(out, "chat", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url, encoder)
+    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     import_pybullet_silently()
     from agent.live_view.serve import serve_chat

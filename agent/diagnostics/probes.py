@@ -50,11 +50,11 @@ def _objects(_: str) -> str:
 
 
 def _encoder(_: str) -> str:
-    from grounding.parsers.sentence_encoder import DEFAULT_SHA256, SentenceEncoder
+    from grounding.parsers.sentence_encoder import SHA256, SentenceEncoder
 
     encoder = SentenceEncoder()
-    if encoder.checksum != DEFAULT_SHA256:
-        raise NotUsable(f"{encoder.folder} has the SHA-256 {encoder.checksum[:12]}, expected {DEFAULT_SHA256[:12]}")
+    if encoder.checksum != SHA256:
+        raise NotUsable(f"{encoder.folder} has the SHA-256 {encoder.checksum[:12]}, expected {SHA256[:12]}")
     encoder.encode([_SENTENCE])
     return f"SHA-256 {encoder.checksum[:12]}, as it should be"
 

@@ -62,7 +62,6 @@ class LanguageConfig:
         as_said: give planners of sentences the instruction itself, not the parsed slots in the corpus's words.
         allow_unverified: use checkpoints that differ from their model cards. Rows are distinguished by the checksums of
             the networks in any case.
-        encoder: the sentence encoder of the embedding parser, as in `ReadingOptions`.
     """
 
     data: str = "free"
@@ -74,13 +73,12 @@ class LanguageConfig:
     candidates: int = 64
     as_said: bool = False
     allow_unverified: bool = False
-    encoder: str | None = None
 
     def command(self, limit: int | None) -> str:
         """Return the command that makes these rows."""
         return command_line(
             "language", data=self.data, limit=limit, objects=self.objects, seed=self.seed, model=self.model,
-            weights=self.weights, parser=self.parser, encoder=self.encoder, candidates=self.candidates,
+            weights=self.weights, parser=self.parser, candidates=self.candidates,
             as_said=self.as_said, allow_unverified=self.allow_unverified,
         )  # fmt: skip
 
@@ -126,7 +124,7 @@ def measure_language(
         ResultStore(path, config.fingerprint(models), {"number", *READING}, (REPORT,)) as store,
         workforce(workers, ray) as force,
     ):
-        reading = ReadingOptions(parser=config.parser, encoder=config.encoder)
+        reading = ReadingOptions(parser=config.parser)
         instructions, left_out = read_instructions(rows, reading, config.as_said)
         done = {row["number"]: row for row in measured(store.rows)}
         missing = [one for one in instructions if not one.is_in(done)]

@@ -54,10 +54,9 @@ def measure_parsing(
     evaluations, readings = [], []
     defects: dict[str, str] = {}  # text -> sentence
     with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
-        for kind in parsers:
-            reading = replace(options, parser=kind)
+        for parser in parsers:
+            reading = replace(options, parser=parser)
             interpreter, slots = make_interpreter(reading, strict=True), slot_reader(reading)
-            parser = _label(kind, options.encoder)
             started = time.perf_counter()
             (slots if sets else interpreter).interpret_many(["put the cups in a circle"], None)
             cold = time.perf_counter() - started
@@ -80,18 +79,13 @@ def measure_parsing(
                     )
                 )
     command = command_line(
-        "parse", parser=parsers, encoder=options.encoder, data=data, goals=goals, limit=limit,
+        "parse", parser=parsers, data=data, goals=goals, limit=limit,
         llm_model=options.llm_model, replies=options.replies,
         llm_url=without_credentials(options.llm_url, "llm_url"),
     )  # fmt: skip
     count = sum(map(len, sets.values())) + sum(map(len, goal_sets.values()))
     return {**report_frame(command, count, packages=(grounding,)), "evaluations": evaluations, "goals": readings,
             "defects": [{"text": text, "message": message} for text, message in defects.items()]}  # fmt: skip
-
-
-def _label(parser: str, encoder: str | None) -> str:
-    """Return the name of a parser in reports, with its sentence encoder unless that is the built-in one."""
-    return f"{parser} on {Path(encoder).name}" if parser == "embedding" and encoder is not None else parser
 
 
 def benchmark_rows(name: str) -> list[Row]:

@@ -28,8 +28,6 @@ class ReadingOptions:
         llm_model: a folder or a name of the local model, or the endpoint's name for it; `None` for the default.
         llm_url: an OpenAI-compatible endpoint; `None` for the local model.
         replies: a file in which the LLM's replies are kept, and found again; not an endpoint's about goals.
-        encoder: a folder or a name of the embedding parser's sentence encoder; `None` for the built-in one. Nouns and
-            the planners' sentences stay with the built-in one, with which their threshold and weights were made.
         key_url: the endpoint that the user named by a flag, in the environment or in the own file. The key is sent to
             its host and nowhere else, whatever endpoint a batch's row or a project's file names.
     """
@@ -40,7 +38,6 @@ class ReadingOptions:
     llm_url: str | None = None
     replies: Path | None = None
     key_url: str | None = None
-    encoder: str | None = None
 
 
 def make_interpreter(
@@ -50,7 +47,7 @@ def make_interpreter(
 
     Args:
         options: how instructions are interpreted.
-        encoder: share a loaded built-in one.
+        encoder: share a loaded one.
         strict: raise the LLM's errors instead of falling back to the embedding parser.
     """
     from grounding.goal_network.writer import NetworkWriter
@@ -63,14 +60,6 @@ def make_interpreter(
     def embedding() -> Parser:
         from grounding.parsers.embedding import EmbeddingParser
 
-        if options.encoder is not None:
-            from grounding.parsers.named_encoder import NamedEncoder, open_encoder
-
-            named = open_encoder(options.encoder)
-            if isinstance(named, NamedEncoder):
-                from grounding.training.encoder_heads import parser_on
-
-                return parser_on(named, report=_report)
         return EmbeddingParser.from_pretrained(encoder=encoder)
 
     def verifier() -> Verifier:

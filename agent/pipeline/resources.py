@@ -52,7 +52,7 @@ class ResourceCache:
         with self._lock:
             interpreter = self._interpreters.get(options)
             if interpreter is None:
-                if options.parser != "embedding" or options.encoder is not None:
+                if options.parser != "embedding":
                     _use_one_thread()
                 interpreter = self._interpreters[options] = make_interpreter(options, self.encoder)
             return interpreter

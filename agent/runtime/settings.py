@@ -143,7 +143,6 @@ SETTINGS = (
     Setting("seed", int, f"a whole number from 0 to {MOST_SEED}", _within(0, MOST_SEED)),
     Setting("parser", str, "embedding, llm", _one_of("embedding", "llm")),
     Setting("viewpoint", str, "robot, opposite", _one_of("robot", "opposite")),
-    Setting("encoder", str, "a sentence encoder's folder or name", _model_name, _no_folder),
     Setting("llm_model", str, "a model folder or name", _model_name, _no_folder),
     Setting("llm_url", str, "an http or https address", _web_address, _only_here),
     Setting("execute", bool, "true, false", lambda value, folder: value),

@@ -20,7 +20,6 @@ from grounding.spec import FIRST_SHAPES, SHAPES, SLOTS
 from grounding.untrusted_files import check_weights, read_json
 
 if TYPE_CHECKING:
-    from grounding.parsers.named_encoder import NamedEncoder
     from grounding.parsers.slot_head import SlotReader
 
 WEIGHTS = Path(__file__).parents[1] / "weights"
@@ -45,22 +44,19 @@ class EmbeddingParser:
     Args:
         encoder: gives the word states.
         reader: the trained network.
-        layer: of the encoder, whose states the reader takes; `None` for the last.
+        layer: of the encoder, whose states the reader takes.
         temperatures: question -> what its logits are divided by (Guo et al. 2017).
-        name: what the parser is called in reports.
     """
 
     name = "embedding"
 
     def __init__(
         self,
-        encoder: SentenceEncoder | NamedEncoder,
+        encoder: SentenceEncoder,
         reader: SlotReader,
-        layer: int | None,
+        layer: int,
         temperatures: Mapping[str, float],
-        name: str = name,
     ) -> None:
-        self.name = name
         self.encoder = encoder
         self.reader = reader
         self._layer = layer
@@ -68,7 +64,7 @@ class EmbeddingParser:
 
     @classmethod
     def from_pretrained(
-        cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | NamedEncoder | None = None
+        cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | None = None
     ) -> EmbeddingParser:
         """Load the trained parser.
 
@@ -98,7 +94,7 @@ class EmbeddingParser:
                 raise ValueError(f"unknown shape {unknown[0]!r}; legal values: {', '.join(SHAPES)}")
             state = load_file(folder / "model.safetensors")
             reader = SlotReader(state, config["layers"], width, config["hidden"], shapes)
-            layer = None if config["encoder_layer"] is None else int(config["encoder_layer"])
+            layer = int(config["encoder_layer"])
             temperatures = {question: float(config["temperatures"][question]) for question in QUESTIONS}
             checksum = config["encoder_sha256"]
         except (OSError, ValueError, KeyError, TypeError, RuntimeError, AttributeError, SafetensorError) as error:
@@ -109,7 +105,7 @@ class EmbeddingParser:
                 f"the parser in {folder} was trained on the encoder {checksum[:12]}..., not on "
                 f"{encoder.checksum[:12]}... of {encoder.folder}"
             )
-        return cls(encoder, reader, layer, temperatures, config.get("name", cls.name))
+        return cls(encoder, reader, layer, temperatures)
 
     def parse(self, text: str) -> Parse:
         """Parse one instruction; see `Parse.status` for whether it can be built."""

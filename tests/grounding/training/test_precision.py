@@ -1,19 +1,25 @@
-"""A training step computes in bfloat16 only where the processor has tiles for it."""
+"""A training step computes in bfloat16 only where the processor's products in it are several times as fast."""
 
 import pytest
 import torch
 
-from grounding.training.precision import quick_steps
+from grounding.training import precision
 
 
-@pytest.mark.parametrize(("tiles", "dtype"), [(True, torch.bfloat16), (False, torch.float32)], ids=str)
-def test_precision_of_a_step(monkeypatch, tiles, dtype):
-    monkeypatch.setattr(torch.cpu, "_is_amx_tile_supported", lambda: tiles, raising=False)
-    with quick_steps():
+@pytest.fixture(autouse=True)
+def _measured_anew():
+    precision._bfloat16_is_quick.cache_clear()
+    yield
+    precision._bfloat16_is_quick.cache_clear()
+
+
+@pytest.mark.parametrize(("times", "dtype"), [(5.0, torch.bfloat16), (1.5, torch.float32), (0.1, torch.float32)], ids=str)
+def test_precision_of_a_step(monkeypatch, times, dtype):
+    seconds = {torch.float32: times, torch.bfloat16: 1.0}
+    monkeypatch.setattr(precision, "_product_time", seconds.get)
+    with precision.quick_steps():
         assert (torch.ones(2, 2) @ torch.ones(2, 2)).dtype == dtype
 
 
-def test_a_torch_that_cannot_tell_computes_in_float32(monkeypatch):
-    monkeypatch.delattr(torch.cpu, "_is_amx_tile_supported", raising=False)
-    with quick_steps():
-        assert (torch.ones(2, 2) @ torch.ones(2, 2)).dtype == torch.float32
+def test_the_products_of_this_processor_take_a_time():
+    assert precision._product_time(torch.float32) > 0.0 and precision._product_time(torch.bfloat16) > 0.0
