@@ -16,7 +16,7 @@ STATUSES = ("ok", "ask", "refused")
 DEFECT = "defect"  # of a text at which the program itself failed: nothing is known of what it asks for
 # Why an instruction is refused, and what is said of it.
 REFUSALS: Mapping[str, str] = {
-    "idle": "asks for no arrangement",
+    "idle": "does not ask for an arrangement of objects",
     "unbuildable": "asks for a shape that cannot be built",
     "several": "asks for more than one structure",
     "relation": "places single objects instead of a structure",

@@ -44,12 +44,12 @@ def goal_question(text: str, decision: Decision, names: Sequence[str] | None) ->
         return decision.chosen.proposal.question
     options = tuple(describe_parts(goal.parts, names) for goal in decision.offered)
     if decision.probability >= BUILD and decision.chosen is not None and decision.chosen.lost:
-        why = f"{_quoted(decision.chosen.lost)} in {shortened(text)!r} may be lost"
+        why = f"this may leave out {_quoted(decision.chosen.lost)} of {shortened(text)!r}"
     elif decision.probability < OFFER:
-        why = f"it is not clear which objects or which place are meant in {shortened(text)!r}"
+        why = f"{shortened(text)!r} does not say clearly which objects or which place are meant"
     else:
-        why = f"{shortened(text)!r} was not understood for certain"
-    which = "is this the goal that is meant" if len(options) == 1 else "which of these is meant"
+        why = f"it is not certain what {shortened(text)!r} means"
+    which = "is this meant" if len(options) == 1 else "which of these is meant"
     return Question(GOAL, f"{why}: {which}: {'; or: '.join(options)}?", options)
 
 
@@ -60,17 +60,17 @@ def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: 
     instead = f"say {worded_goal(decision.offered[0], names)!r}" if decision.offered else _help(names)
     if problem := _problem(likeliest, proposals):
         return f"{said!r} cannot be built: {problem}"
-    nothing = f"{said!r} asks for no arrangement that can be built ({', '.join(SHAPES)})"
+    nothing = f"{said!r} does not ask for an arrangement of objects that can be built ({', '.join(SHAPES)}, or a place)"
     if likeliest.answer == "nothing":
         return f"{nothing}; {_help(names)}"
     if likeliest.answer == "unclear":
-        return f"it is not clear which objects or which place are meant in {said!r}; name them, or {instead}"
+        return f"{said!r} does not say clearly which objects or which place are meant; name them, or {instead}"
     if chosen is not None and chosen.proposal.goal is not None and _is_part(chosen.lost, text):
         rest = worded_goal(chosen.proposal.goal, names)
-        return f"{_quoted(chosen.lost)} in {said!r} asks for what no goal can hold; leave it out: say {rest!r}"
+        return f"no goal can hold {_quoted(chosen.lost)} of {said!r}; leave it out: say {rest!r}"
     if likeliest.answer:
         return f"{nothing}; {instead}"
-    return f"{said!r} was not understood for certain; {instead}"
+    return f"it is not certain what {said!r} means; {instead}"
 
 
 def _is_part(lost: Sequence[str], text: str) -> bool:

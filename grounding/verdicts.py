@@ -46,8 +46,6 @@ class Verdicts:
         """
         self = replace(self, common={"probability": decision.probability})
         text = self.parse.text
-        if self.before.parts and any(one.goal == self.before and one.certainty >= BUILD for one in proposals):
-            return self.refused("that is already so", unchanged=True)
         if decision.status == "ok":
             assert decision.chosen is not None and decision.chosen.proposal.goal is not None
             asked = shape_question(decision.chosen.proposal.goal, self.names)
@@ -55,6 +53,8 @@ class Verdicts:
         if decision.status == "ask":
             doubtful = decision.chosen.proposal.choices if decision.chosen is not None and not decision.offered else ()
             return self._asked(goal_question(text, decision, self.names), decision.offered or doubtful)
+        if self.before.parts and any(one.goal == self.before and one.certainty >= BUILD for one in proposals):
+            return self.refused("that is already so; say what should change", unchanged=True)
         wish = next((each.goal for each in proposals if each.problem and each.goal is not None), Goal())
         nothing = sum(each.certainty for each in proposals if each.answer == "nothing") > 0.5
         return self.refused(

@@ -37,7 +37,7 @@ class ScriptedReader:
         if said is None:
             return Interpretation(status="refused", message=f"{text!r} was not understood", **common)
         if said in ("-", "="):
-            return Interpretation(status="refused", message="asks for no arrangement" if said == "-" else "that is already so",
+            return Interpretation(status="refused", message="does not ask for an arrangement" if said == "-" else "that is already so",
                                   nothing=said == "-", unchanged=said == "=", **common)  # fmt: skip
         if said.startswith("!"):
             _, reason, *wish = (each.strip() for each in said.split("!"))

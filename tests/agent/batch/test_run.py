@@ -242,7 +242,7 @@ def test_the_page_shows_every_row(capsys):
     pictures = ["camera-before", "goal-overlay", "camera-tried"]
     assert set(linked) == {"rows/built/report.html", *(f"rows/built/{name}.webp" for name in pictures)}
     assert all((Path("out") / name).is_file() for name in linked)
-    assert cards["moon"].startswith('class="refused"') and "asks for no arrangement" in cards["moon"]
+    assert cards["moon"].startswith('class="refused"') and "does not ask for an arrangement" in cards["moon"]
     assert cards["which"].startswith('class="asked"') and "which shape should it be" in cards["which"]
     assert cards["line-004"].startswith('class="failed"') and "the key &quot;txet&quot; is unknown" in cards["line-004"]
     assert 'href="#row-moon"' in page and "http" not in page  # it needs nothing but what lies beside it
