@@ -151,11 +151,6 @@ def all_sentences(shapes: Sequence[str | None] = CORPUS_SHAPES) -> list[tuple[st
     return list(_table(tuple(shapes)))
 
 
-def sentence_table() -> tuple[list[str], list[StructureSpec]]:
-    """Return `all_sentences` as two lists of equal length."""
-    return [text for text, _ in _table()], [spec for _, spec in _table()]
-
-
 def _grammar(shape: str | None) -> Grammar:
     return STRUCTURES[shape].grammar if shape else Grammar(STRUCTURE_NOUNS, ACTION_TEMPLATES)
 

@@ -85,11 +85,6 @@ class AfterGoal(WrittenGoal):
         mark = self.rendition.mark_at(self.actions[place].value, self.actions[place + 1].value)
         return super().phrase(place) if mark is None else mark
 
-    @property
-    def uncopied(self) -> tuple[str, ...]:
-        """Return the words of what was said that no action points at, nor lie between two that do."""
-        return self.uncopied_from(self.rendition.length)
-
 
 def rendition_of(goal: Goal, objects: Sequence[SceneObject]) -> Rendition:
     """Render a goal about the objects of a scene.

@@ -54,24 +54,6 @@ class WrittenGoal:
     actions: tuple[Action, ...]
     certainty: float
 
-    @property
-    def uncopied(self) -> tuple[str, ...]:
-        """Return the words that no action points at, nor lie between two that do."""
-        return self.uncopied_from(0)
-
-    def uncopied_from(self, start: int) -> tuple[str, ...]:
-        """Return the words from a place on that no action points at, nor lie between two that do."""
-        spans = [
-            (one.value, other.value)
-            for one, other in zip(self.actions, self.actions[1:], strict=False)
-            if one.kind == START and other.kind == END
-        ]
-        return tuple(
-            word
-            for place, word in enumerate(self.words[start:], start)
-            if not any(first <= place <= last for first, last in spans)
-        )
-
     def phrase(self, place: int) -> str:
         """Return the words that the two actions at this place point at."""
         return " ".join(self.words[self.actions[place].value : self.actions[place + 1].value + 1])

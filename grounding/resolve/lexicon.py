@@ -43,7 +43,7 @@ _NAMED = (
 )
 KINDS: tuple[str, ...] = tuple(dict.fromkeys(word for word in listed(_NAMED) if word not in ("food", "toy")))
 FILLINGS = frozenset(listed("@fillings"))
-SPHERES, VESSELS, MASS_NOUNS = (frozenset(listed(name)) for name in ("@spheres", "@holding", "@masses"))
+VESSELS, MASS_NOUNS = (frozenset(listed(name)) for name in ("@holding", "@masses"))
 GENERAL, LOOSE = frozenset(listed("@general")), listed("@loose")
 OTHER_WORDS, GROUPS = table("others"), table("groups")
 SEVERAL_MEANINGS: Mapping[str, tuple[tuple[str, ...], ...]] = {

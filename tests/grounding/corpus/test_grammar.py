@@ -8,7 +8,7 @@ from itertools import product
 
 import pytest
 
-from grounding.corpus.grammar import all_sentences, legal_specs, sentence_table, sentences
+from grounding.corpus.grammar import all_sentences, legal_specs, sentences
 from grounding.spec import FIRST_VALUES, SLOTS, SpecError, StructureSpec
 
 
@@ -67,7 +67,7 @@ def test_an_empty_spec_has_no_sentence():
 
 def test_the_corpus_is_the_same_in_another_process():
     # another hash seed: no set's order may leak into the sentences
-    code = "from grounding.corpus.grammar import sentence_table as t; import zlib; print(zlib.crc32(str(t()).encode()))"
+    code = "from grounding.corpus.grammar import all_sentences as t; import zlib; print(zlib.crc32(str(t()).encode()))"
     prints = {
         subprocess.run(
             [sys.executable, "-c", code],
@@ -79,8 +79,3 @@ def test_the_corpus_is_the_same_in_another_process():
         for seed in ("1", "2")
     }
     assert len(prints) == 1
-
-
-def test_the_table_is_the_sentences_in_two_columns():
-    texts, specs = sentence_table()
-    assert list(zip(texts, specs, strict=True)) == all_sentences()
