@@ -13,6 +13,7 @@ from grounding.resolve.measures import lengths_of
 from grounding.resolve.tokens import split
 
 DIAMETER = re.compile(r"\b(?:diameter|across|wide|width)\b", re.IGNORECASE)
+RADIUS = re.compile(r"\bradius\b", re.IGNORECASE)
 
 
 class UnreadLengthError(ValueError):
@@ -40,7 +41,7 @@ def parts_of(written: WrittenGoal, text: str) -> WrittenParts:
     Raises:
         UnreadLengthError: for a length that is none.
     """
-    return _Parts(written, _lengths(text), DIAMETER.search(text) is not None).read()
+    return _Parts(written, _lengths(text), text).read()
 
 
 def _lengths(text: str) -> dict[str, float]:
@@ -54,8 +55,8 @@ def _lengths(text: str) -> dict[str, float]:
 class _Parts:
     """A reader of actions, one after another."""
 
-    def __init__(self, written: WrittenGoal, lengths: Mapping[str, float], diameter: bool) -> None:
-        self.written, self.lengths, self.diameter = written, lengths, diameter
+    def __init__(self, written: WrittenGoal, lengths: Mapping[str, float], text: str) -> None:
+        self.written, self.lengths, self.text = written, lengths, text
         self.at = 0
 
     @property
@@ -96,6 +97,12 @@ class _Parts:
             if f" {phrase} " in f" {words} " or f" {words} " in f" {phrase} ":
                 return metres
         raise UnreadLengthError(f"has {phrase!r} for a length")
+
+    def is_diameter(self, phrase: str) -> bool:
+        """Tell whether the words of a radius are those of a diameter: by themselves, or by the text around them."""
+        return DIAMETER.search(phrase) is not None or (
+            DIAMETER.search(self.text) is not None and RADIUS.search(self.text) is None
+        )
 
     def read(self) -> WrittenParts:
         """Take all parts."""
@@ -146,7 +153,8 @@ class _Parts:
             elif name == "around":
                 part["around"] = self.objects()
             else:
-                part[name] = self.length() / (2 if name == "radius" and self.diameter else 1)
+                across = name == "radius" and self.is_diameter(self.written.phrase(self.at))
+                part[name] = self.length() / (2 if across else 1)
         return part
 
     def place(self, objects: Any) -> dict[str, Any]:

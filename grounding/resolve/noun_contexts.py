@@ -76,7 +76,7 @@ class NounContexts:
             yield base
 
 
-# With these a noun phrase begins for certain: "can" may be a verb.
+# With these a noun phrase begins for certain, as behind a mark: "can" may be a verb.
 _BEGINNINGS = frozenset("the a an my your our his her their this that these those both one two three four five".split())
 
 
@@ -107,18 +107,22 @@ class ToldObjects:
                 return list(found)
         return []
 
-    def several(self, count: int) -> list[int]:
-        """Return the objects, as many as that, which were named last, together or one by one; empty where in doubt."""
-        before = self._before()
+    def several(self, count: int | None) -> list[int]:
+        """Return the objects which were named last, together or one by one; empty where in doubt.
+
+        Args:
+            count: how many they are; `None` where that is not said.
+        """
+        before, own = self._before(), self._said.beside_in_part()
         if None in before:
             return []
         singles: list[int] = []
         for found in reversed(before):
             if len(found or ()) > 1:
                 break
-            singles = list(dict.fromkeys((*(found or ()), *singles)))
+            singles = list(dict.fromkeys((*(i for i in found or () if i not in own), *singles)))
         together = [found for found in before if found and len(found) > 1][-1:]
-        fits = [each for each in (*together, singles) if len(each) == count]
+        fits = [each for each in (*together, singles) if (len(each) > 1 if count is None else len(each) == count)]
         return sorted(fits[0]) if fits and all(set(each) == set(fits[0]) for each in fits) else []
 
     def _before(self) -> list[list[int] | None]:
@@ -151,7 +155,8 @@ class ToldObjects:
             self._read = []
             parser, at = PhraseParser(self._words, self._there), 0
             while at < len(self._words):
-                read = parser.at(at) if self._words[at] in _BEGINNINGS else None
+                begins = self._words[at] in _BEGINNINGS or not at or not self._words[at - 1].isalnum()
+                read = parser.at(at) if begins else None
                 named = read is not None and read[0].noun and self._there.is_noun(read[0].noun[-1])
                 telling = read is not None and (named or (read[0].tests and not read[0].bare))
                 if read is None or not telling or read[0].kind != "objects" or read[0].other:

@@ -126,6 +126,8 @@ class PhraseObjects:
             place = self._said.current.place if self._said.current is not None else 0
             if self._said.alone() and not self.contexts.told_before(place):
                 return list(everything)
+            if phrase.text != "this" and (told := self._told.several(phrase.count)):
+                return told  # "the pots in a heap, and the can to the right of them"
         elif one := self._told.one():
             return one
         raise ResolveError(f"it is not said what {phrase.text!r} stands for")
@@ -165,9 +167,9 @@ class PhraseObjects:
 
     def _best(self, phrase: Phrase) -> list[int]:
         """Find the objects in the first meaning of the noun in which as many fit as the phrase speaks of."""
-        if phrase.demonstrative and phrase.borrowed and phrase.count != 1 and phrase.count and not phrase.tests:
-            if told := self._told.several(phrase.count):
-                return told  # "those three", "that pair"
+        pointing = (phrase.demonstrative or phrase.definite) and phrase.borrowed and not (phrase.tests or phrase.other)
+        if pointing and phrase.count not in (None, 1) and (told := self._told.several(phrase.count)):
+            return told  # "those three", "the pair", "between the two"
         problem: ResolveError | None = None
         few: list[int] = []
         for base in self._bases(phrase):

@@ -162,7 +162,7 @@ _REST = re.compile(
     r"things|objects|items|stuff)|this))?"
     rf"{HERE}*(?= |$)"
 )
-_PRONOUN = re.compile(r"(?:them|they|these|those|this|that|it|itself|that one|this one|the former|the latter)$")
+_PRONOUN = re.compile(r"(?:them|they|these|those|this|that|it|itself|him|her|that one|this one|the former|the latter)$")
 
 
 def universal_at(words: tuple[str, ...], at: int) -> tuple[str, int] | None:
