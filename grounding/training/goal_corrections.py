@@ -18,7 +18,7 @@ import numpy as np
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.goal_rendition import Rendition, in_centimetres, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, parts_of
-from grounding.goal_network.vocabulary import HEADS, NO_GOAL, PLACED, Action
+from grounding.goal_network.vocabulary import HEADS, NO_GOAL, PLACED, STRUCTURE_HEADS, Action
 from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
@@ -33,6 +33,7 @@ _LENGTH = re.compile(
     r"(?P<key>gap|radius|length|distance|left|right|closer|away) (?!of )(?P<words>[^{}]+?)(?: ?\{(?P<metres>[\d.]+)\})?"
 )
 _REFERENCE = re.compile(rf"(?P<key>around|inside|{'|'.join(one for one in PLACED if one != 'in')}) (?P<objects>.*)")
+_PRONOUNS = frozenset(("it", "them", "they", "these", "those", "this", "that", "him", "her", "this one", "that one"))
 UNDECIDED = "unclear"  # what the network writes where the new value has to be computed
 
 
@@ -72,7 +73,8 @@ def corrected(row: GoalCorrection) -> LabelledGoal:
 
 def rewritten(row: GoalCorrection) -> tuple[Rendition, str]:
     """Return the goal so far in words, and the label of the goal after it in these words and those of what is said."""
-    rendition = rendition_of(goal_of(row.before), goal_scenes()[row.scene])
+    scene = goal_scenes()[row.scene]
+    rendition = rendition_of(goal_of(row.before, len(scene)), scene)
     after = plain_label(row.after)
     if after in (*NO_GOAL, "computed"):
         return rendition, UNDECIDED if after == "computed" else after
@@ -83,8 +85,23 @@ def rewritten(row: GoalCorrection) -> tuple[Rendition, str]:
             for place, part in enumerate(parts) if part[0].startswith("keep of")}  # fmt: skip
     indices = {index for named in kept.values() for _, each in named for index in each}
     written = [part for place, part in enumerate(parts) if kept.get(place, True)]
+    if len(written) < len(parts):
+        written = _of_the_rest(written, row.after, len(scene))
     cells = ([_rewritten(cell, rendition, said, indices) for cell in part] for part in written)
     return rendition, "; ".join(map(", ".join, cells))
+
+
+def _of_the_rest(parts: Sequence[Sequence[str]], label: str, count: int) -> list[list[str]]:
+    """Return the parts of a label with the objects themselves in place of "(all)": something is kept that is not said again."""
+    structures = iter(goal_of(label, count).structures)
+    found = []
+    for head, *cells in parts:
+        name = head.removesuffix(" (all)")
+        made = next(structures) if any(head.startswith(each) for each in STRUCTURE_HEADS) else None
+        if made is not None and name != head and made.objects is not None:
+            head = f"{name} the rest {{{'|'.join(map(str, made.objects))}}}"
+        found.append([head, *cells])
+    return found
 
 
 def goals_of(row: GoalLine | GoalCorrection) -> tuple[Goal, Goal | None]:
@@ -186,7 +203,9 @@ def _rewritten(cell: str, rendition: Rendition, said: str, kept: Set[int]) -> st
     if "{" not in objects:
         return _plain_cell(cell, said)
     named = _named(cell)
-    new = [words for words, _ in named if f" {words} " in said]
+    # What a pronoun stands for is said by the goal so far.
+    pointed = {words for words, indices in named if words.lower() in _PRONOUNS and _stands_in(rendition, indices)}
+    new = [words for words, _ in named if f" {words} " in said and words not in pointed]
     old = {index for words, indices in named if words not in new for index in indices}
     covering = [one for one in rendition.phrases.values() if set(one.objects) & old]
     inside = [one for one in covering if set(one.objects) <= old]
@@ -197,6 +216,12 @@ def _rewritten(cell: str, rendition: Rendition, said: str, kept: Set[int]) -> st
     if not old <= covered:
         raise LabelError(f"the goal so far does not have objects {sorted(old)}")
     return f"{head} {' + '.join([*dict.fromkeys(one.words for one in covering), *new])}"
+
+
+def _stands_in(rendition: Rendition, indices: Sequence[int]) -> bool:
+    """Return whether phrases of a rendition stand for some objects, and no others."""
+    inside = [one.objects for one in rendition.phrases.values() if set(one.objects) <= set(indices)]
+    return {index for one in inside for index in one} == set(indices)
 
 
 def _metres(words: str) -> float:

@@ -50,6 +50,21 @@ def test_object_left_out_is_kept():
     assert label_of("not the red cup", after) == label
 
 
+def test_what_stays_left_out_is_not_everything_again():
+    before = "circle of (all); keep of the cans {0,1,2}."
+    assert label_of("smaller", "circle of (all), small; keep of the cans {0,1,2}.", before) == "circle of the cups, small"
+    after = "circle of (all); keep of the cans {0,1,2}; keep of the white cup {5}."
+    assert label_of("the white cup stays, too", after, before) == "circle of the cups; keep of the white cup"
+    assert label_of("everything after all", "circle of (all).", before) == "circle of (all)"
+
+
+def test_what_a_pronoun_stands_for_is_said_by_the_goal_so_far():
+    before = "place of the red cup {3}, on the red can {0}."
+    assert label_of("no, behind it", "place of the red cup {3}, behind it {0}.", before) == "place of the red cup, behind the red can"
+    after = "place of the red cup {3}, on the red can {0}; place of it {6}, behind the red can {0}."
+    assert label_of("the blue cup, it goes behind the can", after, before).endswith("place of it, behind the red can")
+
+
 def test_objects_that_cannot_be_pointed_at():
     with pytest.raises(LabelError, match="no phrase of the goal"):
         label_of("one less", "tower of the tins {0,1}, left.")
