@@ -16,7 +16,7 @@ from importlib import resources
 import numpy as np
 
 from grounding.goal_benchmark.rows import goal_scenes
-from grounding.goal_network.goal_rendition import Rendition, in_centimetres, rendition_of
+from grounding.goal_network.goal_rendition import ObjectPhrase, Rendition, in_centimetres, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, parts_of
 from grounding.goal_network.vocabulary import HEADS, NO_GOAL, PLACED, STRUCTURE_HEADS, Action
 from grounding.goal_network.writer import WrittenGoal, words_of
@@ -211,11 +211,20 @@ def _rewritten(cell: str, rendition: Rendition, said: str, kept: Set[int]) -> st
     inside = [one for one in covering if set(one.objects) <= old]
     covering = inside if {index for one in inside for index in one.objects} == old else covering
     covered = {index for one in covering for index in one.objects}
+    in_order = list[str]()
+    for words, indices in named:
+        phrases = sorted((one for one in covering if set(one.objects) & set(indices)), key=lambda one: _first(one, indices))
+        in_order += [words] if words in new else [one.words for one in phrases]
     if covered - old and not (head.endswith(" of") and covered - old <= kept):
         raise LabelError(f"no phrase of the goal stands for objects {sorted(old)}")
     if not old <= covered:
         raise LabelError(f"the goal so far does not have objects {sorted(old)}")
-    return f"{head} {' + '.join([*dict.fromkeys(one.words for one in covering), *new])}"
+    return f"{head} {' + '.join(dict.fromkeys(in_order))}"
+
+
+def _first(phrase: ObjectPhrase, indices: Sequence[int]) -> int:
+    """Return the place of the first of some objects that a phrase stands for."""
+    return min(place for place, index in enumerate(indices) if index in phrase.objects)
 
 
 def _stands_in(rendition: Rendition, indices: Sequence[int]) -> bool:

@@ -58,6 +58,24 @@ def test_what_stays_left_out_is_not_everything_again():
     assert label_of("everything after all", "circle of (all).", before) == "circle of (all)"
 
 
+def test_another_order_is_written_in_that_order():
+    before = "line of the red can {0} + the blue can {1} + the green can {2}, order listed from left."
+    after = "line of the green can {2} + the blue can {1} + the red can {0}, order listed from left."
+    assert label_of("the other way round", after, before) == "line of the green can + the blue can + the red can, order listed from left"
+    after = "line of the white cup {5} + the red can {0} + the blue can {1} + the green can {2}, order listed from left."
+    label = "line of the white cup + the red can + the blue can + the green can, order listed from left"
+    assert label_of("and the white cup at the head", after, before) == label
+
+
+def test_one_of_several_alike_has_a_phrase_of_its_own():
+    rendition, label = rewritten(GoalCorrection(
+        "tea party", "place of the green cup {3}, on the green saucer {5}; place of a white cup {1}, on the white saucer {4}.",
+        "no green cup", "place of a white cup {1}, on the white saucer {4}.",
+    ))  # fmt: skip
+    assert label == "place of cup 1, on the white saucer"
+    assert f" {rendition.text} ".count(" cup 1 ") == 1
+
+
 def test_what_a_pronoun_stands_for_is_said_by_the_goal_so_far():
     before = "place of the red cup {3}, on the red can {0}."
     assert label_of("no, behind it", "place of the red cup {3}, behind it {0}.", before) == "place of the red cup, behind the red can"
