@@ -120,7 +120,9 @@ def object_phrases(indices: Sequence[int], objects: Sequence[SceneObject]) -> li
         elif colour and len(alike) == 1:
             words, taken = f"the {colour} {heads[left[0]]}", left[:1]
         else:
-            words, taken = _own_name(objects[left[0]].name, len(kind) > 1), left[:1]
+            words, taken = _own_name(objects[left[0]].name), left[:1]
+            # A bare noun would stand in "the green cup", too.
+            words += " 1" if words == heads[left[0]] else ""
         found.append(ObjectPhrase(words, tuple(taken)))
         left = [index for index in left if index not in taken]
     return found
@@ -130,13 +132,9 @@ def _colour(each: SceneObject) -> str:
     return each.attributes.colors[0] if each.attributes is not None and each.attributes.colors else ""
 
 
-def _own_name(name: str, several: bool) -> str:
-    """Return a name as words: "cup_2" as "cup 2", "object 3, red, tall" as "object 3"; of several "cup" as "cup 1".
-
-    A bare noun would stand in "the green cup", too.
-    """
-    words = " ".join(name.split(",")[0].replace("_", " ").split()) or "object"
-    return f"{words} 1" if several and not words[-1].isdecimal() else words
+def _own_name(name: str) -> str:
+    """Return a name as words: "cup_2" as "cup 2", "object 3, red, tall" as "object 3"."""
+    return " ".join(name.split(",")[0].replace("_", " ").split()) or "object"
 
 
 class _Rendering:

@@ -39,11 +39,11 @@ def worded_objects(indices: Sequence[int | str], names: Sequence[str] | None) ->
 
 
 def _worded_phrase(phrase: ObjectPhrase, names: Sequence[str]) -> str:
-    """Word a group of like objects; the first of several that are numbered is "cup 1"."""
+    """Word a group of like objects; "cup 1" only where there is a "cup 2"."""
     if len(phrase.objects) > 1:
         return f"the {_number(len(phrase.objects))} {phrase.words.removeprefix('the ')}"
-    numbered = any(name == f"{phrase.words} 2" for name in names)
-    return f"{phrase.words} 1" if numbered else phrase.words
+    bare = phrase.words.removesuffix(" 1")
+    return phrase.words if f"{bare} 2" in names else bare
 
 
 def worded_goal(goal: Goal, names: Sequence[str] | None) -> str:
