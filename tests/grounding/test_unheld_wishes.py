@@ -85,11 +85,17 @@ def test_wishes_that_only_look_like_these_are_still_read(interpreter, objects, t
     assert compare_goals(read.goal, goal_of_words(goal), len(objects)).exact, str(read.goal)
 
 
-def test_of_many_wishes_that_no_goal_can_hold_few_are_built_in_silence(interpreter, objects):
-    wishes = Path(__file__).with_name("unheld_wishes.txt").read_text(encoding="utf-8").splitlines()
+@pytest.mark.parametrize(
+    ("file", "count", "most_silent", "most_remarked"), [("unheld_wishes.txt", 160, 9, 9), ("unheld_wishes_h.txt", 100, 3, 4)]
+)
+def test_of_many_wishes_that_no_goal_can_hold_few_are_built_in_silence(
+    interpreter, objects, file, count, most_silent, most_remarked
+):
+    wishes = Path(__file__).with_name(file).read_text(encoding="utf-8").splitlines()
     read = [interpreter.interpret(text, objects) for text in wishes]
     silent = [text for text, each in zip(wishes, read, strict=True) if each.status == "ok" and not each.message]
     remarked = [text for text, each in zip(wishes, read, strict=True) if each.status == "ok" and each.message]
-    assert len(wishes) == 160
-    assert len(silent) <= 13, silent  # many of them say only how the arm should work ("simultaneously")
-    assert len(remarked) <= 9, remarked
+    print(file, len(wishes), len(silent), len(remarked))
+    assert len(wishes) == count
+    assert len(silent) <= most_silent, silent  # many of them say only how the arm should work ("simultaneously")
+    assert len(remarked) <= most_remarked, remarked
