@@ -1,7 +1,7 @@
 """Decide what becomes of the goals that were proposed for a text: build one, ask, or refuse.
 
-Two thresholds in all, chosen once on held-back instructions (docs/results.md): the probability that a goal is what was meant from
-which on it is built, and from which on it is offered in a question.
+The thresholds were chosen once on held-back instructions (docs/results.md): the probability that a goal is what was meant from which on
+it is built, and from which on it is offered in a question; and the probability that a word is lost from which on that is asked about.
 """
 
 from __future__ import annotations
@@ -15,6 +15,9 @@ from grounding.propose.proposal import Proposal
 
 BUILD = 0.6
 OFFER = 0.15
+# A word that is lost more surely than this is asked about; one that is likelier lost than held is remarked. With 0.85, 12 of 620
+# held-out instructions that are read rightly are asked about besides, and 3 of 160 unheld wishes, which are remarked now.
+LOST = 0.95
 MOST_OFFERED = 2
 _LEAST = 1e-6
 
@@ -120,9 +123,8 @@ def decide(
     barred = best is not None and any(each.problem and each.certainty > best.proposal.certainty for each in proposals)
     if best is not None and shares[order[0]] >= BUILD and not barred:
         best = replace(best, lost=tuple(dict.fromkeys((*best.lost, *best.unknown, *best.numbers))))
-        # Most of what is said about a goal are a few words, each of which counts. A word that is surely lost leaves the goal less than
-        # the share from which on one is offered.
-        asks = (follows and bool(best.unknown)) or (scene and 1.0 - best.doubt < OFFER and bool(best.lost))
+        # Most of what is said about a goal are a few words, each of which counts.
+        asks = (follows and bool(best.unknown)) or (scene and best.doubt > LOST and bool(best.lost))
         goals = (best.proposal.goal,) if asks and best.proposal.goal is not None else ()
         return Decision("ask" if asks else "ok", best, goals, shares[order[0]], nothing)
     likeliest = max(proposals, key=lambda each: each.certainty, default=None)
