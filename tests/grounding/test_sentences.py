@@ -22,20 +22,20 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
     ("found", "said"),
     [
         (refused(Proposal(None, 0.9, problem="nothing here is 'the fork'")), "'do it' cannot be built: nothing here is 'the fork'"),
-        (refused(Proposal(None, 0.9, "nothing")), ", pyramid); say what should go where, as 'put cup next to the bowl'"),
+        (refused(Proposal(None, 0.9, "nothing")), ", pyramid, or a place); say what should go where, as 'put cup next to the bowl'"),
         (
             refused(Proposal(None, 0.9, "unclear"), goal=LINE),
-            "it is not clear which objects or which place are meant in 'do it'; name them, or say 'a line of the four cans'",
+            "'do it' does not say clearly which objects or which place are meant; name them, or say 'a line of the four cans'",
         ),
         (
             refused(Proposal(LINE, 0.3), goal=LINE, lost=("upside down",)),
-            "'upside down' in 'do it' asks for what no goal can hold; leave it out: say 'a line of the four cans'",
+            "no goal can hold 'upside down' of 'do it'; leave it out: say 'a line of the four cans'",
         ),
-        (refused(Proposal(LINE, 0.3), goal=LINE), "'do it' was not understood for certain; say 'a line of the four cans'"),
-        (refused(names=None), "'do it' was not understood for certain; say what should go where, as 'stack the cans on the left'"),
-        (refused(names=("cup",)), "'do it' was not understood for certain; say where it should stand, as 'put the cup on the left'"),
-        (refused(names=()), "'do it' was not understood for certain; there is nothing here"),
-        (refused(Proposal(None, 0.9, "impossible"), goal=LINE), "'do it' asks for no arrangement that can be built (circle, line, tower,"),
+        (refused(Proposal(LINE, 0.3), goal=LINE), "it is not certain what 'do it' means; say 'a line of the four cans'"),
+        (refused(names=None), "it is not certain what 'do it' means; say what should go where, as 'stack the cans on the left'"),
+        (refused(names=("cup",)), "it is not certain what 'do it' means; say where it should stand, as 'put the cup on the left'"),
+        (refused(names=()), "it is not certain what 'do it' means; there is nothing here"),
+        (refused(Proposal(None, 0.9, "impossible"), goal=LINE), "'do it' does not ask for an arrangement of objects that can be built (circle, line, tower,"),
     ],
 )
 def test_reasons(found, said):

@@ -49,7 +49,7 @@ def test_results_and_reports_of_one_process(jobs):
     assert first["seconds"]["total"] > 0 < third["seconds"]["total"]
     assert timeless(third) == timeless(first) | {"id": "third", "line": 3, "report": "rows/third/report.html"}
     assert (second["exit_code"], second["step"], second["report"]) == (3, "parse", None)
-    assert "no arrangement" in second["message"] and not jobs[1].folder.exists()
+    assert "ask for an arrangement" in second["message"] and not jobs[1].folder.exists()
     assert not multiprocessing.active_children()
 
 

@@ -70,7 +70,7 @@ def test_a_refusal_says_why_and_changes_nothing(conversation, sent, told):
     told({"make the cups a heart": "! a heart cannot be built", "what a nice day": "-"})
     conversation.say("put the cups in a small circle on the left")
     before = conversation.situation
-    for text, words in (("make the cups a heart", "cannot be built"), ("what a nice day", "no arrangement"), ("hm", "not understood")):
+    for text, words in (("make the cups a heart", "cannot be built"), ("what a nice day", "ask for an arrangement"), ("hm", "not understood")):
         sent.clear()
         assert not conversation.say(text)
         failed, finished = sent[-2:]
