@@ -39,7 +39,6 @@ def halted(monkeypatch, served):
     return notes, steps
 
 
-@pytest.mark.xfail(reason="a wish of it is asked about since the networks were trained further", strict=False)
 @pytest.mark.parametrize("how", ["cancel", "stop"])
 def test_the_arm_halts_within_half_a_second(served, halted, how):
     notes, steps = halted
