@@ -95,11 +95,6 @@ def loss_of(network: SlotNetwork, encoder: SentenceEncoder, batch: Sequence[Labe
     states = encoder.token_states([mend(entry.text, encoder.whole_words).text for entry in batch], ENCODER_LAYER)
     with quick_steps():
         votes = network(torch.from_numpy(states.hidden), torch.from_numpy(states.mask))
-    return loss_of_votes(votes, batch)
-
-
-def loss_of_votes(votes: Sequence[torch.Tensor], batch: Sequence[LabelledText]) -> torch.Tensor:
-    """Sum the questions' cross-entropies, from what each word piece adds to each answer (B, T, answers)."""
     logits = [vote.float().sum(dim=1) for vote in votes]  # (B, answers) each
     answers = torch.tensor(
         [[*(ANSWERS[slot].index(entry.labels[slot]) for slot in SLOTS), ANSWERS[REFUSE].index(entry.refuse)]
