@@ -33,7 +33,11 @@ _LENGTH = re.compile(
     r"(?P<key>gap|radius|length|distance|left|right|closer|away) (?!of )(?P<words>[^{}]+?)(?: ?\{(?P<metres>[\d.]+)\})?"
 )
 _REFERENCE = re.compile(rf"(?P<key>around|inside|{'|'.join(one for one in PLACED if one != 'in')}) (?P<objects>.*)")
-_PRONOUNS = frozenset(("it", "them", "they", "these", "those", "this", "that", "him", "her", "this one", "that one"))
+_PRONOUNS = frozenset((
+    "it", "them", "they", "these", "those", "this", "that", "him", "her", "this one", "that one", "the former", "the latter",
+    *(f"{which} {many}" for which in ("these", "those") for many in ("ones", "two", "three", "four")),
+    "the pair", "the two", "the three", "both", "both of them", "all of them",
+))
 UNDECIDED = "unclear"  # what the network writes where the new value has to be computed
 
 

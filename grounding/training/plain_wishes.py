@@ -22,6 +22,7 @@ _RELATIONS = {
     "in front of": ("in front of", "before"), "behind": ("behind", "in the back of"), "next to": ("next to", "beside", "by"),
     "on": ("on", "on top of", "onto"), "inside": ("in", "inside", "into"),
 }  # fmt: skip
+_BESIDE = ("left of", "right of", "in front of", "behind", "next to")  # where a structure can stand
 _PLACES = {
     "left": ("on the left", "to the left side", "at the left"), "right": ("on the right", "on the right side", "at the right"),
     "top": ("at the back", "at the far end", "far away"), "bottom": ("at the front", "near me", "at the near end"),
@@ -29,9 +30,10 @@ _PLACES = {
 _WAYS = {"left": "to the left", "right": "to the right", "away": "away from me", "closer": "closer to me"}
 _JOINS = (" and ", ", and ", ", then ", ". ", " and then ")
 TWO = 0.2  # share of the draws that are two wishes about different objects
-_KINDS = ("relation", "relation", "place", "between", "swap", "move", "structure", "structure", "listed", "listed", "all")
+_KINDS = ("relation", "relation", "place", "between", "swap", "move", "structure", "structure", "beside", "listed", "listed", "all")
 _EVERYTHING = ("everything", "all objects", "all of the objects", "every object", "all of it", "all the things", "it all", "all")
 _ONLY = ("only {said}", "just {said}", "nothing but {said}", "{said} only", "{said} and nothing else")
+_VERBS = {"line": ("line up", "align"), "tower": ("stack", "stack up"), "cluster": ("gather", "collect", "bunch up")}
 OFTEN, SELDOM = 0.4, 0.15  # shares of the structures that have a place, and of those that say "only"
 MOST_LISTED = 5
 
@@ -53,9 +55,11 @@ class PlainWishes:
             objects = goal_scenes()[scene]
             places = self.rng.permutation(len(objects)).tolist()
             found = [self._wish(places, objects)]
-            if self.rng.random() < TWO:
+            if self.rng.random() < TWO and "structure 1" not in found[0][1]:
                 left = [place for place in places if place not in found[0][2]]
                 found += [self._wish(left, objects)] if len(left) > 1 else []
+            if len(found) > 1 and found[0][1].partition(" of ")[0] in STRUCTURES:
+                found[1] = (found[1][0], found[1][1].replace("structure 1", "structure 2"), found[1][2])
             try:
                 return labelled(str(self._one(_JOINS)).join(text for text, *_ in found), "; ".join(line for _, line, _ in found), 0, scene)
             except LabelError:  # as of too few objects for a phrase
@@ -67,9 +71,16 @@ class PlainWishes:
         alike = [place for place in places if objects[place].name.split()[0] == objects[places[0]].name.split()[0]]
         if kind == "all":
             return (*self._structure(str(self._one(_EVERYTHING)), "(all)", len(places)), tuple(places))
-        if kind == "structure" and len(alike) > 1:
+        if kind in ("structure", "beside") and len(alike) > 1:
             phrases = [phrase.words for phrase in object_phrases(alike, objects)]
-            return (*self._structure(" and ".join(phrases), " + ".join(phrases), len(alike)), tuple(alike))
+            others = [place for place in places if place not in alike]
+            beside = kind == "beside" and bool(others)
+            text, line = self._structure(" and ".join(phrases), " + ".join(phrases), len(alike), 0.0 if beside else OFTEN)
+            if not beside:
+                return text, line, tuple(alike)
+            relation, b = str(self._one(_BESIDE)), object_phrases(others[:1], objects)[0].words
+            text = f"{text} {self._one(_RELATIONS[relation])} {b}"
+            return text, f"{line}; place of structure 1, {relation} {b}", (*alike, others[0])
         if kind == "listed" and len(places) > 1:
             members = places[: int(self.rng.integers(2, MOST_LISTED + 1))]
             phrases = self._listed(members, objects)
@@ -99,19 +110,20 @@ class PlainWishes:
         numbers = 1 + self.rng.choice(MOST_LISTED + 4, len(members), replace=False)
         return [f"{noun} {number}" for number in (np.sort(numbers) if self.rng.random() < 0.7 else numbers)]
 
-    def _structure(self, said: str, phrases: str, count: int) -> tuple[str, str]:
+    def _structure(self, said: str, phrases: str, count: int, placed: float = OFTEN) -> tuple[str, str]:
         """Draw a wish for a structure of some objects, with or without a place.
 
         Args:
             said: the words for the objects.
             phrases: these words in the label.
             count: of the objects.
+            placed: share of the draws with a place.
         """
         shapes = [name for name, words in STRUCTURES.items() if words.least <= count and not words.pieces]
         shape = str(self._one(shapes))
         noun = str(self._one(STRUCTURES[shape].words.nouns))
         where, line = "", f"{shape} of {phrases}"
-        if self.rng.random() < OFTEN:
+        if self.rng.random() < placed:
             value = str(self._one(list(_PLACES)))
             where, line = f" {self._one(_PLACES[value])}", f"{line}, {value}"
         if phrases != "(all)" and self.rng.random() < SELDOM:
@@ -120,8 +132,8 @@ class PlainWishes:
                  f"build a {noun} with {said}", f"a {noun} of {said}, please", f"use {said} to make a {noun}",
                  f"{noun} with {said}", f"{noun} out of {said}", f"{said}, {noun}")  # fmt: skip
         text = str(self._one(forms))
-        if shape in ("line", "tower") and self.rng.random() < OFTEN:
-            text = f"{'line up' if shape == 'line' else 'stack'} {said}"
+        if shape in _VERBS and self.rng.random() < OFTEN:
+            text = f"{self._one(_VERBS[shape])} {said}"
         return f"{text.removesuffix(', please')}{where}", line
 
     def _one(self, values: Sequence[str]) -> str:
