@@ -67,5 +67,5 @@ def _worded(written: WrittenGoal, text: str, stand_ins: StandIns) -> WordedGoal:
         found = parts_of(written, " ".join(written.words) if follows else text)
     except UnreadLengthError as error:
         return WordedGoal(written.certainty, problem=f"the instruction {error}")
-    known = written.rendition.known if follows else {}
-    return WordedGoal(written.certainty, stand_ins.parts(found.parts), found.kept, found.answer, known=known)
+    known, about = (written.rendition.known, written.rendition.text) if follows else ({}, "")
+    return WordedGoal(written.certainty, stand_ins.parts(found.parts), found.kept, found.answer, known=known, about=about)

@@ -45,7 +45,7 @@ def resolved(
         return Proposal(certainty=worded.certainty, answer=worded.answer, problem=worded.problem)
     there = Referents(objects, encoder, catalogue, opposite)
     try:
-        found = resolve_goal(worded.parts, there, text, worded.kept, worded.known)
+        found = resolve_goal(worded.parts, there, f"{worded.about} {text}".strip(), worded.kept, worded.known)
     except UnclearObjectsError as doubt:
         phrase = doubt.phrase
         if phrase in worded.known:  # which one was said, and it is still in doubt

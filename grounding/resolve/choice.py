@@ -22,7 +22,7 @@ _COMPOUNDS = frozenset(
     "mobile play".split()
 )
 _ORDER = tuple(
-    "number colour hue lonely kind use occasion property alike measure size more stands between place nearest equal "
+    "number colour hue lonely kind use occasion property alike measure size more stands place nearest equal "
     "odd contrast word".split()
 )
 
@@ -220,10 +220,11 @@ class Choice:
         if test.other is None:  # "the one that is" contrasts with what another phrase says, which is not known here
             raise ResolveError(f"it is not clear which of the objects here {phrase.text!r} means")
         landmark = self._of_phrase(test.other)
-        if test.kind == "between":
-            amid = test.word != "and"
-            return self._amid(found, phrase, landmark) if amid else [i for i in found if i not in landmark]
-        if test.kind == "stands" and test.word == "between" and len(landmark) == 2:
+        if test.second is not None:
+            landmark = [*landmark, *self._of_phrase(test.second)]
+        if test.word == "between" and len(landmark) != 2:
+            raise ResolveError(f"it is not clear between what {phrase.text!r} is")
+        if test.word == "between":
             return self.there.places.between(found, landmark[0], landmark[1])[: phrase.count or (None if many else 1)]
         if test.kind == "nearest":
             return self.there.places.nearest(found, landmark, test.word == "far", phrase.count or (None if many else 1))
@@ -231,14 +232,3 @@ class Choice:
             others = [i for i in found if i not in landmark]
             return [i for i in others if all(self._sizes.more(test.word, i, j) for j in landmark)]
         return self.there.places.beside(found, test.word, landmark, many)
-
-    def _amid(self, found: list[int], phrase: Phrase, landmark: list[int]) -> list[int]:
-        seconds = [each[0].other for each in phrase.tests if each[0].kind == "between" and each[0].word == "and"]
-        second = seconds[0] if seconds else None
-        if second is None:
-            raise ResolveError(f"it is not clear between what {phrase.text!r} is")
-        other = self._of_phrase(second)
-        if len(landmark) != 1 or len(other) != 1:
-            raise Doubt(phrase.text, landmark + other)
-        between = self.there.places.between(found, landmark[0], other[0])
-        return between if phrase.plural else between[:1]

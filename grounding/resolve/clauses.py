@@ -10,22 +10,11 @@ from grounding.resolve.comparisons import comparison_after, likeness_after, uniq
 from grounding.resolve.lexicon import FILLINGS
 from grounding.resolve.phrase import Draft, Phrase, Rank, Test
 from grounding.resolve.phrase_text import PhraseReader
-from grounding.resolve.place_words import idle_place, sides_at
+from grounding.resolve.place_words import idle_place
 from grounding.resolve.predicates import predicate_after
+from grounding.resolve.standing import standing_at
 from grounding.resolve.word_forms import singular
 
-_STANDS = re.compile(
-    r"(?:(?:that|which) (?:stands?|sits?|lies?|rests?) )?(?:(?:just|right|directly|immediately|standing|sitting|lying|to the|on the|placed|located) )*(?P<how>left of|"
-    r"right of|behind|in front of|next to|beside|close to|near to|near|by|on top of|inside|between|in between|in|on|"
-    r"flanking)(?= )"
-)
-_RELATIONS = {
-    "close to": "next to", "beside": "next to", "near to": "next to", "near": "next to", "by": "next to",
-    "flanking": "next to", "on top of": "on", "inside": "in", "in between": "between",
-}  # fmt: skip
-_NEAREST = re.compile(
-    r"(?:standing |that is |(?:that |which )?(?:stands?|sits?|lies?) )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
-)
 _PERSONS = frozenset("you i we one people they someone he she folks".split())
 _ABLE = frozenset("can could might may would normally usually will should must".split())
 _FOR = frozenset("that which used made meant for to what".split())
@@ -46,7 +35,7 @@ def clauses_after(parser: PhraseReader, draft: Draft, at: int, excepting: bool) 
     Returns:
         The place after it.
     """
-    readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, _beside, _stands]
+    readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, _stands]
     readers = [exception_after, *readers] if excepting else readers
     while at < len(parser.words):
         end = uniqueness_after(parser, draft, at) or idle_place(parser.words, at)
@@ -110,36 +99,13 @@ def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     return None
 
 
-def _beside(parser: PhraseReader, draft: Draft, at: int) -> int | None:
-    """Read where the objects stand on the table, or which are nearest to something."""
-    sides = sides_at(parser.words, at)
-    if sides is not None:
-        draft.test(Test("place", sides=sides[0]))
-        return sides[1]
-    found = _NEAREST.match(" ".join(parser.words[at:]))
-    other = parser.at(at + len(found.group().split())) if found is not None else None
-    if found is None or other is None:
-        return None
-    draft.test(Test("nearest", "far" if found.group("how").startswith("fur") else "near", other=other[0]))
-    return other[1]
-
-
 def _stands(parser: PhraseReader, draft: Draft, at: int) -> int | None:
-    """Read "behind the plate", "between the fork and the spoon"."""
-    found = _STANDS.match(" ".join(parser.words[at:]))
+    """Read where the objects stand: "behind the plate", "at the back", "nearest to me"."""
+    found = standing_at(parser, at, draft.noun)
     if found is None:
         return None
-    relation = _RELATIONS.get(found.group("how"), found.group("how"))
-    first = parser.at(at + len(found.group().split()))
-    if first is None:
-        return None
-    second = parser.at(first[1] + 1) if relation == "between" and parser.word(first[1]) == "and" else None
-    if second is None:
-        draft.test(Test("stands", relation, other=first[0]))
-        return first[1]
-    draft.test(Test("between", "between", other=first[0]))
-    draft.test(Test("between", "and", other=second[0]))
-    return second[1]
+    draft.test(found[0])
+    return found[1]
 
 
 _HAVING = frozenset("with having has have bearing share shares".split())

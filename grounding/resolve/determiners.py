@@ -13,6 +13,7 @@ OWNERS = frozenset("the my your our his her their its".split())
 PIECES = frozenset("piece pieces bit bits item items roll bar stick sheet kind kinds".split())
 _POINTING = frozenset("this that these those them such same".split())
 _EVERY = {"both": 2, "all": None, "every": None, "each": None, "any": None, "either": 2, "neither": 2}
+_FREE = ("any", "either")  # of one place of a relation: one, whichever it is
 _ONLY = frozenset("only single lone sole lonely just".split())
 _PORTIONS = {
     "pair": 2, "couple": 2, "trio": 3, "set": None, "bunch": None, "group": None, "collection": None, "lot": None,
@@ -37,7 +38,9 @@ def _determiner(text: PhraseText, at: int, draft: Draft) -> int | None:
         draft.demonstrative = True
         draft.plural = word in ("these", "those", "them", "such") or draft.plural
     elif word in _EVERY:
-        draft.every, draft.count = True, draft.count or _EVERY[word]
+        number = word == "any" and (following in COUNTS or following.isdecimal())  # "any two cups"
+        draft.every, draft.count = not number, draft.count or _EVERY[word]
+        draft.definite = word not in _FREE
     elif word in ("a", "an"):
         draft.definite = False
     elif word in _ONLY:

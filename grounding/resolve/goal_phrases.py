@@ -128,7 +128,8 @@ class GoalPhrases:
         """Find the objects of all phrases: first of those that depend on no other phrase, last of "the rest"."""
         problems: dict[int, Exception] = {}
         for step in range(3):
-            for said in sorted(self._said.all, key=lambda each: each.place) if step else self._said.all:
+            in_order = sorted(self._said.all, key=lambda each: each.place if step else not each.kept)
+            for said in in_order:  # what is left out first: "three cups, none of them yellow" chooses among the others
                 if _step(said.phrase) != step or said.group in problems:
                     continue
                 try:
@@ -208,5 +209,5 @@ def _depends(phrase: Phrase) -> bool:
     tests = [test for each in phrase.tests for test in each]
     if any(test.kind == "contrast" or (test.kind == "alike" and test.other is None) for test in tests):
         return True
-    inner = [*(test.other for test in tests), phrase.among, *phrase.without]
+    inner = [*(each for test in tests for each in (test.other, test.second)), phrase.among, *phrase.without]
     return any(_depends(each) for each in inner if each is not None)

@@ -17,6 +17,7 @@ class Test:
         sides: for "place": where the objects stand, of "left", "right", "near", "far" and "middle".
         value: for "measure": metres.
         other: the phrase for objects that these are compared with.
+        second: for "between": the phrase after "and".
         negated: whether the objects must not fulfil it.
     """
 
@@ -25,6 +26,7 @@ class Test:
     sides: tuple[str, ...] = ()
     value: float = 0.0
     other: Phrase | None = None
+    second: Phrase | None = None
     negated: bool = False
 
 
@@ -153,7 +155,10 @@ class Draft:
         tests = list(self.tests)
         rank = self.rank
         if self.place is not None and rank is None:
-            rank = Rank(self.sides[0] if self.sides else "", self.place)
+            from_side = next((each for each in tests if not self.sides and _one_side(each)), None)
+            tests = [each for each in tests if each is not from_side]  # "the second mug from the left"
+            sides = self.sides or (from_side[0].sides if from_side else ())
+            rank = Rank(sides[0] if sides else "", self.place)
         elif self.sides:
             # "the nearest object on the right": both sides together, as one alone would leave a single object
             places = [each for each in tests if len(each) == 1 and each[0].kind == "place" and not each[0].negated]
@@ -164,6 +169,11 @@ class Draft:
             text, self.kind, self.noun, self.borrowed, self.bare, self.plural, self.count, self.every, self.definite,
             self.demonstrative, tuple(tests), rank, self.among, tuple(self.without), self.other, self.open,
         )  # fmt: skip
+
+
+def _one_side(alternatives: tuple[Test, ...]) -> bool:
+    first = alternatives[0]
+    return first.kind == "place" and len(first.sides) == 1 and not first.negated
 
 
 @dataclass
@@ -244,6 +254,16 @@ class SaidPhrases:
             if each is not self.current and each.found is not None and each.phrase.kind not in ("all", "pronoun")
             for i in each.found
         }  # fmt: skip
+
+    def again(self) -> list[int]:
+        """Return the objects of the current phrase where it stands in a goal more often than it is said."""
+        now = self.current
+        same = (each.found for each in self.all if each is not now and now and (each.source, each.place) == (now.source, now.place))
+        return list(next(filter(None, same), ()))
+
+    def kept(self) -> set[int]:
+        """Return the objects that are to stay as they are, or that are left out."""
+        return {i for each in self.all if each.kept and each is not self.current for i in each.found or ()}
 
     def alone(self) -> bool:
         """Tell whether no other group but what is to stay was found to mean something."""

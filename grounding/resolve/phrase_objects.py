@@ -122,6 +122,8 @@ class PhraseObjects:
             if several and (told := self._told.several(phrase.count)):
                 return told  # "the three of them"
             return self._counted(phrase, found) if phrase.count is not None else found
+        if again := self._said.again():
+            return again  # "a jar left of it, a cup in front": of the same thing
         if phrase.plural:
             place = self._said.current.place if self._said.current is not None else 0
             if self._said.alone() and not self.contexts.told_before(place):
@@ -268,6 +270,9 @@ class PhraseObjects:
         wanted = phrase.count if phrase.count is not None else (None if phrase.plural or phrase.every else 1)
         if wanted is None or len(found) == wanted:
             return found
+        left = [i for i in found if i not in self._said.kept()]
+        if wanted <= len(left) < len(found):
+            return self._counted(phrase, left)  # "three cups, none of them yellow"
         if wanted == 1 and phrase.definite and not phrase.other and (phrase.demonstrative or not phrase.tests):
             mentioned = self._said.mentioned()
             again = [i for i in found if any(i in each for each in mentioned)]
@@ -300,10 +305,14 @@ def _of_temperature(phrase: Phrase) -> bool:
 
 def _of_several(phrase: Phrase, group: PhraseGroup, alone: bool) -> Phrase:
     """Return the phrase with the number that its place in the goal asks for: a tower is not made of one can."""
-    placed = phrase.rank is not None or any(each[0].kind in ("place", "nearest") for each in phrase.tests)
+    placed = phrase.rank is not None or any(each[0].kind in ("place", "nearest", "stands") for each in phrase.tests)
     if phrase.open:
         one = group.role in ("reference", "around") or (group.role != "structure" and placed)
         return phrase if one else replace(phrase, plural=True)
+    plain = all(each[0].kind == "colour" and not each[0].negated for each in phrase.tests)
+    free = phrase.every and not phrase.definite and phrase.plural is not True and plain
+    if group.role not in ("structure", "kept") and free:
+        return replace(phrase, every=False, count=1)  # "any red mug" goes on the plate: one
     if group.role not in ("structure", "kept") or placed or phrase.other or phrase.kind != "objects":
         return phrase
     whole = group.shaped and alone

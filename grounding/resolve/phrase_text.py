@@ -7,6 +7,7 @@ from typing import Protocol
 
 from grounding.resolve.adjectives import colours_of
 from grounding.resolve.lexicon import FILLINGS, FRUIT, GENERAL
+from grounding.resolve.measures import COUNTS
 from grounding.resolve.phrase import Phrase, Test
 from grounding.resolve.referents import Referents
 from grounding.resolve.word_forms import singular
@@ -72,7 +73,8 @@ class PhraseText:
         if following == "of":
             rim = word in ("left", "right", "top", "bottom", "front", "middle", "back")
             target = self.word(place + 2) in ("middle", "the", "it", "this", "that", "my")
-            return rim and target and not self.there.plural(self.word(place + 3))
+            noun = place + 3 + (self.word(place + 3) in COUNTS)
+            return rim and target and not self.there.plural(self.word(noun))
         near = word in ("nearest", "closest", "furthest", "near", "close")
         return following in _TARGETS or (near and following in ("on", "in", "at", "the", "by"))
 

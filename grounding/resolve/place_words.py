@@ -23,7 +23,7 @@ _FILLING = frozenset(
 )
 _START = re.compile(
     r"(?:(?:directly|immediately|right|just|all the way|over|way|here|there|over there|over here|up|down|somewhere|"
-    r"most|already) )*"
+    r"most|already|standing|sitting|lying|placed) )*"
     r"(?:(?:on|at|to|in|by|from|toward|near|nearest|nearest to|closest to|nearer to|nearer|closer to|close to|"
     r"furthest to|"
     r"further to|furthest on|furthest in|furthest toward|furthest at|furthest|closest|further|closer|most|left|right) )"
@@ -32,10 +32,10 @@ _START = re.compile(
     r"rearmost)\b(?! of me\b)(?! to\b)"
 )
 _PERSON = re.compile(
-    r"(?:(?:directly|immediately|right|just|standing|sitting|here|over) )*(?P<how>closest|nearest|closer|nearer|near|"
+    r"(?:(?:directly|immediately|right|just|standing|sitting|here|over|the) )*(?P<how>closest|nearest|closer|nearer|near|"
     r"close|furthest|further|"
     r"far|in front|away|by|farthest|facing|before)(?: away| off| over)*(?: (?:to|from|of|off))?(?: (?:me|us|him|her|"
-    r"myself|the speaker|"
+    r"myself|the speaker|my (?:edge|side|end|seat|chair)(?: of (?:the|this) \w+)?|"
     r"where (?:i|we) (?:am|are|sit|stand|am sitting|am standing)))\b"
 )
 _AWAY = re.compile(

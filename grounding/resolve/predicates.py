@@ -9,7 +9,8 @@ from grounding.resolve.adjectives import colours_of, property_of, size_of, use_o
 from grounding.resolve.comparisons import comparison_at
 from grounding.resolve.phrase import Draft, Phrase, Rank, Test
 from grounding.resolve.phrase_text import PhraseReader
-from grounding.resolve.place_words import SIDES, sides_at
+from grounding.resolve.place_words import SIDES
+from grounding.resolve.standing import standing_at
 
 _LINKS = frozenset("that which who what as".split())
 _IS = frozenset("is are was were be being looks look stands stand sits sit lies lie rests rest".split())
@@ -77,11 +78,11 @@ def _verb(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | N
 
 
 def _placed(parser: PhraseReader, draft: Draft, at: int) -> int | None:
-    sides = sides_at(parser.words, at)
-    if sides is None:
+    found = standing_at(parser, at, draft.noun)
+    if found is None:
         return None
-    draft.test(Test("place", sides=sides[0]))
-    return sides[1]
+    draft.test(found[0])
+    return found[1]
 
 
 def _list(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | None:
@@ -140,7 +141,7 @@ def _predicate(parser: PhraseReader, at: int) -> tuple[Test | Phrase | Rank, int
         return None
     kind = article and parser.text.there.is_noun(parser.word(place + 1))
     found = None if kind else _quality(parser, place)
-    found = found or comparison_at(parser, place) or _where(parser, place)
+    found = found or comparison_at(parser, place) or standing_at(parser, place)
     if found is not None:
         return found
     phrase = parser.at(place)
@@ -160,18 +161,3 @@ def _quality(parser: PhraseReader, place: int) -> tuple[Test | Rank, int] | None
     if known is not None and (size is not None or not parser.text.there.is_noun(following)):
         return Test("property", word), place + 1
     return None
-
-
-def _where(parser: PhraseReader, place: int) -> tuple[Test, int] | None:
-    """Read a place, or what the objects are nearest to."""
-    word = parser.word(place)
-    if (sides := sides_at(parser.words, place)) is not None:
-        return Test("place", sides=sides[0]), sides[1]
-    if word not in ("closest", "nearest", "nearer", "closer", "furthest", "further"):
-        return None
-    end = place + 1 + (parser.word(place + 1) == "away")
-    end += parser.word(end) in ("to", "from")
-    other = parser.at(end)
-    if other is None:
-        return None
-    return Test("nearest", "far" if word.startswith("fur") else "near", other=other[0]), other[1]

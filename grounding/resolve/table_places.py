@@ -93,7 +93,7 @@ class TablePlaces:
             share = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2
             return share, abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length
 
-        inside = [i for i in found if i not in (one, other) and 0 < off(i)[0] < 1 and off(i)[1] < length / 2]
+        inside = [i for i in found if i not in (one, other) and 0 < off(i)[0] < 1 and off(i)[1] < length / 3]
         return sorted(inside, key=lambda i: off(i)[1])
 
     def nearest(self, found: Sequence[int], landmark: Sequence[int], far: bool, count: int | None) -> list[int]:

@@ -34,7 +34,8 @@ def outcome(row, encoder):
         read = parts_of(written, " ".join(task.words) if follows else row.text)
     except UnreadLengthError:
         return "refused"
-    worded = WordedGoal(1.0, read.parts, read.kept, read.answer, known=rendition.known if follows else {})
+    known, about = (rendition.known, rendition.text) if follows else ({}, "")
+    worded = WordedGoal(1.0, read.parts, read.kept, read.answer, known=known, about=about)
     found = resolved(worded, row.text, objects, encoder)
     if found.question is not None:
         return "asked"
