@@ -8,7 +8,7 @@ from dataclasses import replace
 from grounding.resolve.adjectives import HUES, NEUTRAL, TEMPERATURES, colours_of, property_of, size_of
 from grounding.resolve.attributes import MEASURES
 from grounding.resolve.errors import Doubt, ResolveError, UnjudgedError
-from grounding.resolve.lexicon import KINDS
+from grounding.resolve.lexicon import KINDS, MASS_NOUNS
 from grounding.resolve.likeness_choice import LikenessChoice
 from grounding.resolve.phrase import Phrase, Rank, Test
 from grounding.resolve.referents import Referents
@@ -231,4 +231,5 @@ class Choice:
         if test.kind == "more":
             others = [i for i in found if i not in landmark]
             return [i for i in others if all(self._sizes.more(test.word, i, j) for j in landmark)]
-        return self.there.places.beside(found, test.word, landmark, many)
+        one_or_more = bool(phrase.noun) and phrase.noun[-1] in MASS_NOUNS  # "the fruit behind the orange"
+        return self.there.places.beside(found, test.word, landmark, many and not one_or_more)

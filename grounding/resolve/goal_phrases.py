@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
@@ -15,15 +14,9 @@ from grounding.resolve.phrase import Phrase, PhraseGroup, SaidPhrase, SaidPhrase
 from grounding.resolve.phrase_objects import PhraseObjects
 from grounding.resolve.phrase_parser import PhraseParser, coordinated
 from grounding.resolve.phrase_words import plain_words
-from grounding.resolve.place_words import SIDES
 from grounding.resolve.referents import Referents
 from grounding.resolve.spelling import KNOWN_WORDS, corrected
 from grounding.resolve.word_forms import plural, singular
-
-_ROW = re.compile(
-    r"(?:every one of |all of )?(?:the |that )?(?P<side>\w+)(?: hand)? (?P<row>row|line|rank|column|file)"
-    r"(?: of (?:the |my )?(?P<noun>\w+))?"
-)
 
 
 class GoalPhrases:
@@ -61,8 +54,6 @@ class GoalPhrases:
         read = PhraseParser(words, self._there).phrases()
         if read is not None:
             return read
-        if (row := self._row(" ".join(words))) is not None:
-            return [Phrase(text, "known", objects=tuple(row))]
         guessed = {word: found for word in words if (found := self._guess(word))}
         read = PhraseParser([guessed.get(word, word) for word in words], self._there).phrases() if guessed else None
         if read is None:
@@ -86,22 +77,6 @@ class GoalPhrases:
     def _strange(self, word: str) -> bool:
         known = word in FUNCTION_WORDS or word in KNOWN_WORDS or word in TELLING_ADJECTIVES or self._there.is_noun(word)
         return word.isalpha() and len(word) > 2 and not known
-
-    def _row(self, words: str) -> list[int] | None:
-        """Find the objects of "the back row of blocks", in which they stand already."""
-        said = _ROW.fullmatch(words)
-        side = SIDES.get(said["side"], "") if said is not None else ""
-        if said is None or side not in ("near", "far", "left", "right", "middle"):
-            return None
-        column = said["row"] in ("column", "file")
-        if side != "middle" and column != (side in ("left", "right")):
-            return None  # "the left row" is none of the rows that run from left to right
-        noun = said["noun"]
-        meant = self._there.meanings(noun) if noun and self._there.is_noun(noun) else [self._there.everything()]
-        try:
-            return self._there.places.row(meant[0], side, column) if meant else None
-        except ResolveError:
-            return None
 
     def resolve(self, groups: Sequence[PhraseGroup]) -> list[list[int] | None | Exception]:
         """Find the objects of each group.

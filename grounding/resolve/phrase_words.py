@@ -61,6 +61,8 @@ def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
         if word == "an" and _VOWEL.match(text.lower(), match.end()):
             words.append("a")  # and no "and" of speakers who swallow its end
             continue
+        if word.endswith(("'d", "'ll")):
+            word = word.partition("'")[0] + (" would" if word.endswith("d") else " will")  # "what you'd drink from"
         word = _CONTRACTIONS.get(word) or _DIALECT.get(word) or _DIALECT.get(corrected(word)) or corrected(word)
         words += word.removesuffix("'s").removesuffix("s'").split() if "'" in word else word.split()
     said = f" {' '.join(words)} "

@@ -113,14 +113,17 @@ class TablePlaces:
             many: whether several are meant.
         """
         others = [i for i in found if i not in landmark]
-        kept = [i for i in others if all(self._stands(i, relation, j) for j in landmark)]
-        kept = kept or [i for i in others if all(self._stands(i, relation, j, least=0.2) for j in landmark)]
+        # "Everything left of the bowl" is half of the table; one object is rather looked for straight to its left.
+        for least in (0.2,) if many else (1.0, 0.2):
+            kept = [i for i in others if all(self._stands(i, relation, j, least) for j in landmark)]
+            if kept:
+                break
         if len(kept) > 1 and not many:
             kept.sort(key=lambda i: math.dist(self.position(i), self.position(landmark[0])))
             return kept[:1] if relation == "next to" else kept
         return kept
 
-    def _stands(self, index: int, relation: str, landmark: int, least: float = 1.0) -> bool:
+    def _stands(self, index: int, relation: str, landmark: int, least: float) -> bool:
         (x, y), (to_x, to_y) = self.position(index), self.position(landmark)
         away, left = x - to_x, y - to_y
         if relation == "next to":

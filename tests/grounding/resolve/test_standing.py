@@ -51,6 +51,11 @@ def test_where_objects_stand(meant, phrase, found):
         ("garden", "what lies between the left pot and the green pot", [5]),
         ("cans and cups", "any two cups", [3, 4]),
         ("breakfast", "any mug", [0]),
+        ("desk", "everything left of the tape", [1, 2, 3]),
+        ("grocery", "the fruit behind the orange", [6]),
+        ("blocks", "the two leftmost of the front row", [2, 1]),
+        ("blocks", "the middle one of the front row", [1]),
+        ("dinner", "what you'd eat soup with", [3]),
     ],
 )
 def test_one_of_several_scenes(meant, scene, phrase, found):
