@@ -42,13 +42,7 @@ MOST_CHARACTERS = 2000  # beyond, a text is no instruction of a few parts
 
 
 class Proposes(Protocol):
-    """A proposer of goals in a text's words: the goal network, or a small language model on this machine.
-
-    Attributes:
-        fallback: why another proposer is used in place of the configured one, or "".
-    """
-
-    fallback: str
+    """A proposer of goals in a text's words: the goal network."""
 
     def propose(
         self, text: str, objects: Sequence[SceneObject] | None = None, before: Goal = Goal()
@@ -106,7 +100,7 @@ class Interpreter:
         verifier: makes the verifier.
         viewpoint: one of `VIEWPOINTS`.
         model: makes a language model that is asked first, also about what is said of a goal; `None` does without.
-        strict: raise the language model's errors instead of falling back.
+        instead: makes the parser that reads the five slots where a language model cannot be used; `None` raises its errors.
 
     Attributes:
         encoder: as given.
@@ -124,20 +118,32 @@ class Interpreter:
         verifier: Callable[[], Verifier],
         viewpoint: str = "robot",
         model: Callable[[], GoalModel] | None = None,
-        strict: bool = False,
+        instead: Callable[[], Parser] | None = None,
     ) -> None:
         if viewpoint not in VIEWPOINTS:
             raise ViewpointError(f"there is no viewpoint {viewpoint!r}; legal values: {', '.join(VIEWPOINTS)}")
         self.viewpoint = viewpoint
         self._make_parser, self._make_verifier = parser, verifier
         self.encoder, self._proposer = encoder, proposer
-        self._make_model, self._strict = model, strict
+        self._make_model, self._instead = model, instead
         self._unusable = ""  # why the language model is asked no more
 
     @cached_property
     def parser(self) -> Parser:
-        """Return the parser of the five slots."""
-        return self._make_parser()
+        """Return the parser of the five slots.
+
+        Raises:
+            LLMError: for a language model that cannot be used, where nothing reads instead.
+        """
+        from grounding.parsers.llm_reply import LLMError
+
+        try:
+            return self._make_parser()
+        except LLMError as error:
+            if self._instead is None:
+                raise
+            self._unusable = _without(error)
+            return self._instead()
 
     @cached_property
     def verifier(self) -> Verifier:
@@ -172,7 +178,7 @@ class Interpreter:
             turns: of the conversation, the oldest first, for a language model.
 
         Raises:
-            LLMError: for a language model that cannot be used, if the interpreter is strict.
+            LLMError: for a language model that cannot be used, where nothing reads instead.
         """
         context = Asked(self._as_spoken(before), question, tuple(turns))
         return self._interpreted([text], _scene_objects(objects), context)[0]
@@ -206,7 +212,7 @@ class Interpreter:
             parse = replace(next(parses), text=text)
             reply, fallback = self._asked(text, objects, context)
             worded = self._proposer.propose(said, objects, before) if reply is None else ()
-            found.append(_Said(text, said, parse, worded, before, reply=reply, fallback=fallback or self._proposer.fallback))
+            found.append(_Said(text, said, parse, worded, before, reply=reply, fallback=fallback))
         return found
 
     def _asked(
@@ -220,9 +226,9 @@ class Interpreter:
                 return None, self._unusable
             reply = self._model.read(text, objects, context.before, context.question, context.turns, self.viewpoint)
         except LLMError as error:
-            if self._strict:
+            if self._instead is None:
                 raise
-            reason = f"the language model cannot be used ({error}); the default reader read this"
+            reason = _without(error)
             if not isinstance(error, IllegalReplyError):  # it will not answer to the next text either
                 self.__dict__["_model"], self._unusable = None, reason
             return None, reason
@@ -321,6 +327,10 @@ class Interpreter:
 
     def _as_spoken(self, goal: Goal) -> Goal:
         return goal.turned() if self.viewpoint == "opposite" else goal
+
+
+def _without(error: Exception) -> str:
+    return f"the language model cannot be used ({error}); the default reader read this"
 
 
 def _phrases(one: Proposal) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from tests.commands import forked_python
 LONG = (
     ("tests/agent/batch/test_run.py",),
     ("tests/agent/evaluation/test_",),
-    ("tests/grounding/parsers/test_llm_local.py", "tests/grounding/language_model/test_local_goals.py"),
+    ("tests/grounding/parsers/test_llm_local.py",),
     ("tests/structdiffusion/objects/test_everyday.py", "tests/structdiffusion/training/test_distributed.py"),
     ("tests/agent/public/test_package.py",),
     ("tests/agent/chat/test_transcripts.py",),

@@ -146,24 +146,20 @@ def train_llm(
         typer.Option(metavar="FILE", help="Adapter to start from; by default one that changes nothing."),
     ] = None,
     learning_rate: Annotated[float, typer.Option(metavar="X", help="Peak learning rate.")] = LLM_LEARNING_RATE,
-    goals: Annotated[
-        bool,
-        typer.Option("--goals", help="Train the adapter for goals of several parts, by default from the shipped one."),
-    ] = False,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
 ) -> None:
     """Train the adapter of the local LLM.
 
     `--parser llm` uses it on the SmolLM2 model on this machine. Training takes about an hour on one core. At the end
-    the results on the development sentences are printed as JSON, except with `--goals`.
+    the results on the development sentences are printed as JSON.
 
     Example: structagent train llm --out runs/llm_adapter.safetensors
     """
     check_file(out)
-    from agent.training.parsers import train_goal_adapter, train_llm_adapter
+    from agent.training.parsers import train_llm_adapter
 
-    (train_goal_adapter if goals else train_llm_adapter)(out, steps, start, learning_rate, seed, threads)
+    train_llm_adapter(out, steps, start, learning_rate, seed, threads)
 
 
 @train_app.command("goals")

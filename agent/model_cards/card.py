@@ -61,7 +61,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
         training = _complete(_json(run / RECORD), _RECORDED, run / RECORD)
         if training["files"] != files_of(network):
             raise BadInput(f"{run / RECORD} is of other weights than those in {network.folder}; copy them there first")
-    elif network.family in ("embedding", "goals", "verifier", "llm", "llm_goals"):
+    elif network.family in ("embedding", "goals", "verifier", "llm"):
         training = _parser_training(network)
     if reports:
         results = [_result(network, path) for path in reports]

@@ -27,7 +27,6 @@ FAMILIES: Mapping[str, str] = {
     "goals": "proposes goals for what is said",
     "verifier": "judges whether a goal holds all that was said",
     "llm": "reads instructions: adapter of a language model",
-    "llm_goals": "writes goals of several parts: adapter of a language model",
     "segmentation": "tells objects apart in depth pictures",
 }
 
@@ -80,9 +79,6 @@ def networks(weights: Path | None = None) -> dict[str, Network]:
         found["goals"] = Network("goals", "goals", PARSERS / "goal_network")
         found["verifier"] = Network("verifier", "verifier", PARSERS / "verifier")
         found["llm"] = Network("llm", "llm", PARSERS, ("llm_adapter.safetensors",), "llm_card")
-        found["llm_goals"] = Network(
-            "llm_goals", "llm_goals", PARSERS, ("llm_goal_adapter.safetensors",), "llm_goals_card"
-        )
         found["segmentation"] = Network("segmentation", "segmentation", SEGMENTATION)
     return found
 

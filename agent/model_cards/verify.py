@@ -243,18 +243,6 @@ def _adapter_answer(network: Network) -> str:
     return f"{len(reply)} questions"
 
 
-def _goal_adapter_answer(network: Network) -> str:
-    """Let the language model write the goal of one sentence, and read the line back."""
-    from grounding.language_model.goal_lines import Said, parts_of
-    from grounding.language_model.local_goals import LocalGoals
-
-    said = Said.of(_SENTENCE)
-    written = LocalGoals(adapter=network.folder / network.files[-1]).write(said)
-    if written.parts is None or parts_of(written.line, said) != written.parts:
-        raise _Wrong(f"its answer to {_SENTENCE!r} is not a goal: {written.line!r}")
-    return f"a goal of {len(written.decisions)} decisions"
-
-
 def _finite(weights: dict[str, torch.Tensor], network: Network) -> str:
     for name, tensor in weights.items():
         if tensor.is_floating_point() and not bool(tensor.isfinite().all()):
@@ -276,6 +264,5 @@ _OTHERS = {
     "goals": (_goal_network, _goal_network_answer),
     "verifier": (_verifier, _verifier_answer),
     "llm": (_adapter, _adapter_answer),
-    "llm_goals": (_adapter, _goal_adapter_answer),
     "segmentation": (_segmentation, _segmentation_answer),
 }

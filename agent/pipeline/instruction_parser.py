@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from grounding.interpreter import Interpreter, Proposes
+    from grounding.interpreter import Interpreter
     from grounding.language_model.goal_model import GoalModel
-    from grounding.language_model.local_goals import LocalGoals
     from grounding.parse_result import Parser
     from grounding.parsers.llm_endpoint import EndpointLLM
     from grounding.parsers.llm_reply import Backend
@@ -48,7 +48,7 @@ def make_interpreter(
     Args:
         options: how instructions are interpreted.
         encoder: share a loaded one.
-        strict: raise the LLM's errors instead of falling back to the embedding parser.
+        strict: raise the language model's errors instead of reading without it.
     """
     from grounding.goal_network.writer import NetworkWriter
     from grounding.interpreter import Interpreter  # a chat reads its first sentence after its prompt
@@ -67,26 +67,16 @@ def make_interpreter(
 
         return Verifier.from_pretrained(encoder)
 
-    def local() -> LocalGoals:
-        from grounding.language_model.local_goals import LocalGoals
-
-        return LocalGoals(options.llm_model)
-
     def endpoint() -> GoalModel:
         from grounding.language_model.goal_model import GoalModel
 
         return GoalModel(_endpoint(options))
 
     network = NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder))
-    proposer: Proposes = network
-    model = None
-    if options.parser == "llm" and options.llm_url is None:
-        from grounding.language_model.local_goals import LocalProposer
-
-        proposer = LocalProposer(local, network, strict)
-    elif options.parser == "llm":
-        model = endpoint
-    return Interpreter(embedding, encoder, proposer, verifier, options.viewpoint, model, strict)
+    on_this_machine = options.parser == "llm" and options.llm_url is None
+    slots = partial(make_slot_parser, options) if on_this_machine else embedding
+    model = endpoint if options.parser == "llm" and not on_this_machine else None
+    return Interpreter(slots, encoder, network, verifier, options.viewpoint, model, None if strict else embedding)
 
 
 def make_slot_parser(options: ReadingOptions) -> Parser:

@@ -62,30 +62,6 @@ def train_llm_adapter(out: Path, steps: int, start: Path | None, rate: float, se
     print(json.dumps(train(AdapterTraining(out, steps, start, rate, seed, threads), _print_progress)))
 
 
-def train_goal_adapter(out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int) -> None:
-    """Train the adapter with which the local language model writes goals of several parts, and write it to `out`.
-
-    Args:
-        out: file for the adapter, in safetensors format.
-        steps: optimiser steps, each on a batch of sentences.
-        start: adapter to start from; `None` starts from the shipped one of the five slots.
-        rate: peak learning rate, above 0.
-        seed: of initial weights and sentences.
-        threads: of torch.
-
-    Raises:
-        UsageError: for an adapter to start from that does not exist, or an illegal rate.
-        LLMError: if the language model is not installed, or the adapter does not fit it.
-    """
-    if start is not None and not start.is_file():
-        raise UsageError(f"--start must be an adapter file, and there is no file {str(start)!r}")
-    _check_rate("--learning-rate", rate)
-    from grounding.parsers.llm_local import ADAPTER
-    from grounding.training.goal_adapter import GoalTraining, train
-
-    train(GoalTraining(out, steps, start or ADAPTER, rate, seed, threads), _print_progress)
-
-
 def train_goal_network(
     out: Path, steps: int, start: Path | None, rate: float, seed: int, threads: int, corrections: float, dropout: float
 ) -> None:

@@ -103,37 +103,6 @@ def read_adapter(path: Path) -> Adapter:
         raise LLMError(f"the adapter {path} does not fit: {error}") from error
 
 
-class Continuation:
-    """A text that a language model continues token by token.
-
-    Args:
-        network: the model.
-        seen: keys and values of what comes before; they grow.
-        tokens: the text behind it.
-    """
-
-    def __init__(self, network: PreTrainedModel, seen: Any, tokens: Sequence[int]) -> None:
-        self._network, self._seen, self._waiting = network, seen, list(tokens)
-        self._hidden: torch.Tensor | None = None  # the state behind the text that was read last
-
-    def add(self, token: int) -> None:
-        """Add a token to the text; the model reads it with the next question."""
-        self._waiting.append(token)
-
-    def scores(self, tokens: Sequence[int]) -> tuple[torch.Tensor, bool]:
-        """Return the logits (N,) of some tokens to come next, and whether one of them is the likeliest of all."""
-        import torch
-
-        with torch.inference_mode():
-            if self._waiting or self._hidden is None:  # a second question behind the same text needs no reading
-                self._hidden = self._network.base_model(
-                    input_ids=torch.tensor([self._waiting]), past_key_values=self._seen, use_cache=True
-                ).last_hidden_state[0, -1]
-                self._waiting = []
-            table = self._network.get_output_embeddings().weight
-            return table[list(tokens)].float() @ self._hidden.float(), int((table @ self._hidden).argmax()) in tokens
-
-
 class LocalLLM:
     """A causal language model that answers by the probabilities of the legal answers.
 
@@ -204,16 +173,6 @@ class LocalLLM:
                 for question, at in layout.last.items()
             }
 
-    def continuation(self, prompt: str, text: str) -> Continuation:
-        """Read a prompt and a text behind it, to ask which tokens may come next; typing errors are left as they are."""
-        if prompt != self._prompt:
-            self._read_prompt(prompt)
-        return Continuation(self.network, deepcopy(self._seen), self.tokens(text))
-
-    def mended(self, text: str) -> str:
-        """Return a text without typing errors, as far as the model knows words."""
-        return mend(text, self._words).text
-
     def _shares(self, question: str, logits: torch.Tensor) -> dict[str, float]:
         logits = logits.double()  # so that the probabilities sum to 1
         if self._adapter is not None:
@@ -224,7 +183,7 @@ class LocalLLM:
 
     def lay_out(self, text: str) -> Layout:
         """Lay out the pass over an instruction and all questions; typing errors are mended first."""
-        return lay_out(self.tokens(INSTRUCTION.format(text=self.mended(text))), self._questions)
+        return lay_out(self.tokens(INSTRUCTION.format(text=mend(text, self._words).text)), self._questions)
 
     def run_prompt(self, prompt: str) -> tuple[Any, int]:
         """Compute the keys and values of a prompt's tokens; return also how many tokens it has.

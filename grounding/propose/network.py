@@ -23,8 +23,6 @@ class NetworkProposer:
         make: makes the network.
     """
 
-    fallback = ""  # nothing proposes in its place
-
     def __init__(self, make: Callable[[], NetworkWriter]) -> None:
         self._make = make
 

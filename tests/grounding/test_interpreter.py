@@ -103,7 +103,8 @@ class Model:
 @pytest.fixture
 def with_model(parser, encoder, proposer, verifier):
     def made(model, viewpoint="robot", strict=False):
-        return Interpreter(lambda: parser, encoder, proposer, lambda: verifier, viewpoint, lambda: model, strict)
+        instead = None if strict else lambda: parser
+        return Interpreter(lambda: parser, encoder, proposer, lambda: verifier, viewpoint, lambda: model, instead)
 
     return made
 
@@ -168,3 +169,13 @@ def test_an_illegal_reply_costs_its_own_text_and_no_other(with_model):
     first, second = (reader.interpret("stack the cans") for _ in range(2))
     assert "no legal answer" in first.fallback and first.spec == StructureSpec("tower")
     assert second.fallback == "" and second.by_model
+
+
+def test_a_parser_that_cannot_be_used_gives_way_to_another_and_says_so(parser, encoder, proposer, verifier):
+    def unusable():
+        raise LLMError("no model")
+
+    read = Interpreter(unusable, encoder, proposer, lambda: verifier, instead=lambda: parser).interpret("stack the cans")
+    assert read.status == "ok" and read.parse.parser == "embedding" and "no model" in read.fallback
+    with pytest.raises(LLMError):
+        Interpreter(unusable, encoder, proposer, lambda: verifier).interpret("stack the cans")

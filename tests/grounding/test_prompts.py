@@ -41,7 +41,7 @@ def test_the_prompt_lists_exactly_the_vocabulary(question):
 
 
 def test_an_unknown_prompt_is_named_with_the_known_ones():
-    with pytest.raises(PromptError, match="no prompt 'poetry'; available: parse_goal_lines, parse_structure, read_goal"):
+    with pytest.raises(PromptError, match="no prompt 'poetry'; available: parse_structure, read_goal"):
         load_prompt("poetry")
 
 

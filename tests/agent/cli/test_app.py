@@ -407,9 +407,6 @@ def test_the_parser_trainers_get_the_options(monkeypatch, tmp_path):
     assert given["parser"] == (Path("new"), 64, Path("old"), 0.5, 3, 2)
     assert command_line(["train", "llm", "--out", "a.safetensors", "--steps", "7", "--learning-rate", "1e-4"]) == 0
     assert given["llm"] == (Path("a.safetensors"), 7, None, 1e-4, 0, 1)
-    monkeypatch.setattr("agent.training.parsers.train_goal_adapter", lambda *a: given.update(goals=a))
-    assert command_line(["train", "llm", "--goals", "--out", "g.safetensors", "--steps", "9"]) == 0
-    assert given["goals"] == (Path("g.safetensors"), 9, None, 1.5e-3, 0, 1)
 
 
 def test_training_on_an_unknown_device(fails, tmp_path):

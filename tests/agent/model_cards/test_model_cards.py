@@ -94,7 +94,7 @@ def fails(code: int, arguments: list[str], capsys) -> str:
 def test_the_list_has_every_network_that_comes_along(capsys):
     assert command_line(["models", "list", "--json"]) == 0
     rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)}
-    others = {"embedding", "goals", "verifier", "llm", "llm_goals", "segmentation"}
+    others = {"embedding", "goals", "verifier", "llm", "segmentation"}
     assert set(rows) == {path.parent.name for path in SHIPPED.glob("*/config.json")} | others
     model = PoseDiffusion.from_pretrained(SHIPPED / "diffusion")
     assert rows["diffusion"]["parameters"] == parameter_count(model)

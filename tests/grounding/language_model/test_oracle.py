@@ -33,7 +33,7 @@ def is_right(interpreter, row):
 def rate(rows, parser, encoder, verifier):
     with serving_oracle(Oracle(rows)) as oracle:
         model = GoalModel(EndpointLLM(oracle.url, MODEL))
-        interpreter = Interpreter(lambda: parser, encoder, NoNetwork(), lambda: verifier, model=lambda: model)
+        interpreter = Interpreter(lambda: parser, encoder, NoNetwork(), lambda: verifier, model=lambda: model, instead=lambda: parser)
         right = sum(is_right(interpreter, row) for row in rows)
         assert all("response_format" in body for body in oracle.requests)
     return right / len(rows)

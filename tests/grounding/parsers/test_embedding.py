@@ -208,5 +208,5 @@ def test_a_parser_answers_the_shapes_that_it_was_taught_and_no_other(copy, encod
 
 
 def test_the_weights_are_small():
-    """The parser has 14 MB, and each of the two adapters of the local language model 5 MB."""
+    """The parser has 14 MB, and the adapter of the local language model 5 MB."""
     assert sum(path.stat().st_size for path in WEIGHTS.iterdir()) < 25_000_000

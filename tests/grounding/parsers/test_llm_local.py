@@ -12,6 +12,7 @@ import torch
 from safetensors import safe_open
 from tokenizers import Tokenizer, models, pre_tokenizers
 
+from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from grounding.benchmark import development_rows, score, templated_rows
 from grounding.parsers import llm_model
 from grounding.parsers.llm import LLMParser
@@ -318,3 +319,10 @@ def test_an_index_of_weights_names_files_of_its_folder(index, why, tmp_path):
 def load_names(path):
     with safe_open(path, "pt") as file:
         return list(file.keys())
+
+
+def test_it_reads_the_slots_where_it_is_asked_for_and_the_network_the_goal(cache_with_model):
+    reader = make_interpreter(ReadingOptions(parser="llm"), strict=True)
+    read = reader.interpret("stack the cans on the left and put the cup behind them")
+    assert read.status == "ok" and read.parse.parser == "llm" and not read.fallback
+    assert str(read.goal) == "tower of cans, left; cup behind part 1"
