@@ -35,6 +35,7 @@ class Candidate:
             something else; 0 of goals that five slots cannot hold.
         unknown: words of the text that nobody knows.
         numbers: of the text that the goal does not hold: often of a story, and sometimes of the wish.
+        unused: noun phrases of the text of which no object is in the goal: often left out on purpose, and sometimes lost.
     """
 
     proposal: Proposal
@@ -44,6 +45,7 @@ class Candidate:
     agreement: float = 0.0
     unknown: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def features(candidates: Sequence[Candidate], number: int, known: Circumstances)
         1.0, one.logit, _logit(own), max((each.logit for each in others), default=-8.0), _logit(known.nothing),
         float(one.agreement > 0), float(one.agreement < 0), float(known.follows), _logit(one.doubt),
         _logit(own / (own + surest)) if own > 0.0 else 0.0, agreement, float(not known.scene),
-        _logit(own) if one.agreement else 0.0,
+        _logit(own) if one.agreement else 0.0, float(bool(one.unused)), float(bool(one.unused) and not all(each.unused for each in others)),
     ]  # fmt: skip
 
 
@@ -134,6 +136,9 @@ def decide(
     if doubt is not None and doubt.certainty >= max(rivals, default=0.0):
         return Decision("ask", Candidate(doubt), (), 0.0, nothing)
     unclear = not follows and likeliest is not None and likeliest.answer == "unclear"  # a question helps, whatever it offers
+    surest_one = max(candidates, key=lambda each: each.proposal.certainty, default=None)
+    if unclear and surest_one is not None and surest_one.proposal.goal is not None and surest_one.proposal.goal.is_open:
+        return Decision("ok", surest_one, (), 0.0, nothing)  # "put the cups": which shape, is asked where a goal has none
     goals = (candidates[number].proposal.goal for number in order if unclear or shares[number] >= OFFER)
     offered = tuple(goal for goal in goals if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0

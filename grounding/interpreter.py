@@ -26,8 +26,10 @@ from grounding.propose.resolution import resolved
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.numbered_names import numbered_apart
 from grounding.resolve.object_names import as_named
+from grounding.resolve.referents import Referents
 from grounding.resolve.tokens import words_of
 from grounding.verdicts import Verdicts
+from grounding.verify.named_objects import NamedObjects, named_objects, unused
 from grounding.verify.said_numbers import lost_numbers
 from grounding.verify.unknown_words import unknown_words
 from grounding.verify.verifier import Verifier
@@ -319,7 +321,14 @@ class Interpreter:
     ) -> list[Candidate]:
         parse = None if said.before.parts or objects is not None else said.parse
         found = judged(said.heard, proposals, self.verifier, objects, said.before, parse)
-        return [replace(one, unknown=self._unknown(said, one.proposal), numbers=_lost_numbers(said, one.proposal)) for one in found]
+        named = named_objects(said.heard, Referents(objects, self.encoder, opposite=self.viewpoint == "opposite"))
+        return [
+            replace(
+                one, unknown=self._unknown(said, one.proposal), numbers=_lost_numbers(said, one.proposal),
+                unused=_unused(named, said, one.proposal),
+            )
+            for one in found
+        ]  # fmt: skip
 
     def _unknown(self, said: _Said, one: Proposal) -> tuple[str, ...]:
         copied = {word for phrase in _phrases(one) for word in words_of(phrase)}
@@ -335,6 +344,10 @@ def _without(error: Exception) -> str:
 
 def _phrases(one: Proposal) -> tuple[str, ...]:
     return () if one.worded is None else one.worded.phrases
+
+
+def _unused(named: Sequence[NamedObjects], said: _Said, one: Proposal) -> tuple[str, ...]:
+    return () if one.goal is None else unused(named, one.goal, said.before, () if one.worded is None else one.worded.kept)
 
 
 def _lost_numbers(said: _Said, one: Proposal) -> tuple[str, ...]:

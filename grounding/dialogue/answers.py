@@ -73,11 +73,14 @@ def _object_meant(
     offered = [by_name[name] for name in question.options if name in by_name]
     if len(offered) != len(question.options):
         return None
-    try:
-        found = resolve_phrase(line, Referents(offered, encoder)).indices
-    except ResolveError:
-        return None
-    return found[0] if len(found) == 1 < len(offered) else None
+    for said in dict.fromkeys((line, line.replace(",", " "))):  # "the cup on the left, of the white ones"
+        try:
+            found = resolve_phrase(said, Referents(offered, encoder)).indices
+        except ResolveError:
+            continue
+        if len(found) == 1 < len(offered):
+            return found[0]
+    return None
 
 
 def _by_words(

@@ -8,7 +8,6 @@ other question. What follows a question is judged among the legal answers alone.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path

@@ -46,6 +46,7 @@ class NetworkProposer:
             GoalNetworkError: for weights that cannot be used.
         """
         stand_ins = StandIns.of(text, before)
+        spoken_of = before
         text, before = stand_ins.text(text), stand_ins.goal(before)
         if not before.parts:
             written = self.network.likeliest(text, LIKELIEST, objects, answers)
@@ -55,10 +56,10 @@ class NetworkProposer:
                 AfterGoal(one.words, one.actions, one.certainty, rendition)
                 for one in self.network.likeliest(f"{rendition.text} {text}", LIKELIEST, objects, answers)
             ]
-        return tuple(_worded(one, text, stand_ins) for one in written)
+        return tuple(_worded(one, text, stand_ins, spoken_of) for one in written)
 
 
-def _worded(written: WrittenGoal, text: str, stand_ins: StandIns) -> WordedGoal:
+def _worded(written: WrittenGoal, text: str, stand_ins: StandIns, before: Goal) -> WordedGoal:
     """Return a goal that the network wrote in words."""
     follows = isinstance(written, AfterGoal)
     try:
@@ -66,4 +67,5 @@ def _worded(written: WrittenGoal, text: str, stand_ins: StandIns) -> WordedGoal:
     except UnreadLengthError as error:
         return WordedGoal(written.certainty, problem=f"the instruction {error}")
     known, about = (written.rendition.known, written.rendition.text) if follows else ({}, "")
-    return WordedGoal(written.certainty, stand_ins.parts(found.parts), found.kept, found.answer, known=known, about=about)
+    parts = stand_ins.parts(found.parts)
+    return WordedGoal(written.certainty, parts, found.kept, found.answer, known=known, before=before, about=about)

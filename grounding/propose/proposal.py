@@ -21,6 +21,7 @@ class WordedGoal:
         answer: "nothing", "impossible" or "unclear" in place of a goal, or "".
         problem: why it is no goal after all, or "".
         known: phrases whose objects are known, as those of a goal so far.
+        before: the goal so far.
         about: the goal so far in words: a phrase may take its noun from it, "the blue one".
     """
 
@@ -30,6 +31,7 @@ class WordedGoal:
     answer: str = ""
     problem: str = ""
     known: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    before: Goal = Goal()
     about: str = ""
 
     @property

@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from grounding.goals.goal import Goal
+from grounding.goals.taken_objects import without_taken
 from grounding.propose.proposal import Proposal, WordedGoal
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.errors import ResolveError, UnclearObjectsError
@@ -55,12 +56,13 @@ def resolved(
         ))  # fmt: skip
     except ResolveError as error:
         return Proposal(certainty=worded.certainty, problem=str(error))
+    goal = without_taken(found.goal, worded.before)
     names = None if objects is None or catalogue else there.names
-    problem = f"{clash} cannot both hold" if (clash := contradiction(found.goal, names)) else ""
+    problem = f"{clash} cannot both hold" if (clash := contradiction(goal, names)) else ""
     if names is not None and not problem:
-        problem = infeasible(found.goal, names)
+        problem = infeasible(goal, names)
     return Proposal(
-        found.goal, worded.certainty, problem=problem, nouns=found.nouns, described=found.described, notes=found.notes,
+        goal, worded.certainty, problem=problem, nouns=found.nouns, described=found.described, notes=found.notes,
         singly=found.singly, worded=worded,
     )  # fmt: skip
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from rapidfuzz import process
+from rapidfuzz.distance import OSA
+
 from grounding.resolve.adjectives import HUES, NEUTRAL, TEMPERATURES, colours_of, property_of, size_of
 from grounding.resolve.attributes import MEASURES
-from grounding.resolve.errors import Doubt, ResolveError, UnjudgedError
-from grounding.resolve.lexicon import KINDS, MASS_NOUNS
+from grounding.resolve.errors import ResolveError, UnjudgedError
+from grounding.resolve.lexicon import COLOURS, KINDS, MASS_NOUNS
 from grounding.resolve.likeness_choice import LikenessChoice
 from grounding.resolve.phrase import Phrase, Rank, Test
 from grounding.resolve.referents import Referents
@@ -74,7 +77,8 @@ class Choice:
             found = self._ranked(phrase, phrase.rank, found)
         if unknown and found and not self._agrees(phrase, found):
             problem = UnjudgedError(unknown[0])
-            if not phrase.noun or not phrase.plural or phrase.count is not None:
+            mistyped = process.extractOne(unknown[0], COLOURS, scorer=OSA.distance, score_cutoff=1)  # "bleu cups"
+            if mistyped or not phrase.noun or not phrase.plural or phrase.count is not None:
                 raise problem
             self.notes.append(f"{problem}: that word was left out of the choice")
         return found

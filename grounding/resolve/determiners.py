@@ -65,6 +65,9 @@ def _quantity(text: PhraseText, at: int, draft: Draft) -> int | None:
         draft.count = number
         draft.definite = draft.definite and (draft.every or draft.demonstrative or text.word(at - 1) in OWNERS)
         return at + 1
+    if word == "half" and (following == "of" or following in OWNERS):
+        draft.half = draft.plural = True
+        return at + 1 + (following == "of")
     if following != "of":
         return None
     if word in _PORTIONS:

@@ -28,6 +28,7 @@ class GoalPhrases:
         known: phrases whose objects are known, as those of the goal that a correction speaks of.
 
     Attributes:
+        words: of the instruction.
         notes: remarks on what words are taken for, a sentence each.
     """
 
@@ -35,7 +36,8 @@ class GoalPhrases:
         self, there: Referents, text: str = "", known: Mapping[str, tuple[int, ...]] = MappingProxyType({})
     ) -> None:
         self._there, self._known, self._said = there, known, SaidPhrases()
-        self._objects = PhraseObjects(there, self._said, self._words(text), known)
+        self.words = self._words(text)
+        self._objects = PhraseObjects(there, self._said, self.words, known)
         self.notes = self._objects.choice.notes
 
     @property
@@ -98,6 +100,13 @@ class GoalPhrases:
         problems = self._find_all(groups)
         found = [problems.get(n) or self._united(n, groups[n]) for n in range(len(groups))]
         return [each if isinstance(each, Exception) else self._less(n, each, groups) for n, each in enumerate(found)]
+
+    def objects_of(self, phrase: Phrase) -> list[int]:
+        """Return the objects of a phrase that was read elsewhere; none where they are in doubt."""
+        try:
+            return self._objects.find(SaidPhrase(phrase, 0, 0), PhraseGroup((phrase.text,), "structure"))
+        except (Doubt, ResolveError):
+            return []
 
     def _find_all(self, groups: Sequence[PhraseGroup]) -> dict[int, Exception]:
         """Find the objects of all phrases: first of those that depend on no other phrase, last of "the rest"."""

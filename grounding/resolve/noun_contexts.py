@@ -121,7 +121,7 @@ class ToldObjects:
             if len(found or ()) > 1:
                 break
             singles = list(dict.fromkeys((*(i for i in found or () if i not in own), *singles)))
-        together = [found for found in before if found and len(found) > 1][-1:]
+        together = [found for found in before if found and len(found) > 1 and not own.issuperset(found)][-1:]
         fits = [each for each in (*together, singles) if (len(each) > 1 if count is None else len(each) == count)]
         return sorted(fits[0]) if fits and all(set(each) == set(fits[0]) for each in fits) else []
 
@@ -152,16 +152,22 @@ class ToldObjects:
     def _phrases(self) -> list[tuple[int, Phrase, int]]:
         """Read the noun phrases of the instruction: the place of each, and the place after it."""
         if self._read is None:
-            self._read = []
-            parser, at = PhraseParser(self._words, self._there), 0
-            while at < len(self._words):
-                begins = self._words[at] in _BEGINNINGS or not at or not self._words[at - 1].isalnum()
-                read = parser.at(at) if begins else None
-                named = read is not None and read[0].noun and self._there.is_noun(read[0].noun[-1])
-                telling = read is not None and (named or (read[0].tests and not read[0].bare))
-                if read is None or not telling or read[0].kind != "objects" or read[0].other:
-                    at += 1
-                    continue
-                self._read.append((at, *read))
-                at = max(read[1], at + 1)
+            self._read = noun_phrases(self._words, self._there)
         return self._read
+
+
+def noun_phrases(words: Sequence[str], there: Referents) -> list[tuple[int, Phrase, int]]:
+    """Read the noun phrases of an instruction: the place of each, and the place after it."""
+    found = list[tuple[int, Phrase, int]]()
+    parser, at = PhraseParser(words, there), 0
+    while at < len(words):
+        begins = words[at] in _BEGINNINGS or not at or not words[at - 1].isalnum()
+        read = parser.at(at) if begins else None
+        named = read is not None and read[0].noun and there.is_noun(read[0].noun[-1])
+        telling = read is not None and (named or (read[0].tests and not read[0].bare))
+        if read is None or not telling or read[0].kind != "objects" or read[0].other:
+            at += 1
+            continue
+        found.append((at, *read))
+        at = max(read[1], at + 1)
+    return found

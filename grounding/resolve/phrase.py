@@ -65,6 +65,7 @@ class Phrase:
         without: what is left out.
         other: whether objects that other phrases name are left out.
         open: whether it speaks of one or several alike: "whatever is red".
+        half: whether half of its objects are meant.
         objects: of a known phrase.
     """
 
@@ -84,6 +85,7 @@ class Phrase:
     without: tuple[Phrase, ...] = ()
     other: bool = False
     open: bool = False
+    half: bool = False
     objects: tuple[int, ...] = ()
 
     @property
@@ -138,6 +140,7 @@ class Draft:
     place: int | None = None
     used: bool = False
     open: bool = False
+    half: bool = False
 
     def test(self, *alternatives: Test) -> None:
         """Add a test of which one alternative must hold."""
@@ -167,7 +170,7 @@ class Draft:
             tests.append((Test("place", sides=tuple(dict.fromkeys(sides))),))
         return Phrase(
             text, self.kind, self.noun, self.borrowed, self.bare, self.plural, self.count, self.every, self.definite,
-            self.demonstrative, tuple(tests), rank, self.among, tuple(self.without), self.other, self.open,
+            self.demonstrative, tuple(tests), rank, self.among, tuple(self.without), self.other, self.open, self.half,
         )  # fmt: skip
 
 

@@ -263,6 +263,9 @@ class PhraseObjects:
 
     def _counted(self, phrase: Phrase, found: list[int]) -> list[int]:
         """Compare how many were found with how many a phrase speaks of."""
+        if phrase.half and len(found) % 2:
+            raise ResolveError(f"{phrase.text!r} is not possible: half of {len(found)} is no whole number")
+        phrase = replace(phrase, half=False, count=len(found) // 2, definite=False) if phrase.half and found else phrase
         if not found or (phrase.count is not None and len(found) < phrase.count):
             if not found:
                 raise ResolveError(f"nothing here is {phrase.text!r}")
@@ -274,7 +277,7 @@ class PhraseObjects:
         if wanted <= len(left) < len(found):
             return self._counted(phrase, left)  # "three cups, none of them yellow"
         if wanted == 1 and phrase.definite and not phrase.other and (phrase.demonstrative or not phrase.tests):
-            mentioned = self._said.mentioned()
+            mentioned = [*map(list, self._known.values()), *self._said.mentioned()]
             again = [i for i in found if any(i in each for each in mentioned)]
             alone = [each for each in mentioned if len(each) == 1 and each[0] in found]
             if len(again) == 1:

@@ -98,6 +98,7 @@ def _pieces(part: StructurePart, goal: Goal, names: Sequence[str]) -> str:
     for other in goal.parts:
         if isinstance(other, RelationPart) and other.relation == "at" and isinstance(other.objects, tuple):
             for one in other.objects:
-                if isinstance(one, int) and pieces & set(names[one].lower().split()):
+                its_own = part.objects is None or one in part.objects
+                if isinstance(one, int) and its_own and pieces & set(names[one].lower().split()):
                     return f"the place of the {names[one]} in a {part.shape} cannot be chosen; leave it out, or place all of it"
     return ""

@@ -9,7 +9,7 @@ from tests.grounding.goal_in_words import goal_of_words
 
 LINE, CIRCLE = Proposal(goal_of_words("line of 0, 1, 2"), 0.6), Proposal(goal_of_words("circle of 0, 1, 2"), 0.3)
 DOUBT = Proposal(None, 0.1, question=Question("object", "which cup?", ("cup", "cup 2")))
-BY_VERIFIER = (0, 1, *(0,) * 11)  # the probability is that of the verifier's logit
+BY_VERIFIER = (0, 1, *(0,) * 13)  # the probability is that of the verifier's logit
 
 
 def decided(*logits, proposals=(LINE, CIRCLE)):
@@ -59,3 +59,10 @@ def test_words_that_nobody_knows_are_asked_about_or_told(follows, status):
 def test_a_word_that_is_likely_lost_is_asked_about_in_a_scene(scene, status):
     found = decide([Candidate(LINE, 9, lost=("upside down",), doubt=0.97)], (LINE,), BY_VERIFIER, False, scene)
     assert (found.status, found.chosen.lost) == (status, ("upside down",))
+
+
+def test_a_wish_without_a_shape_asks_for_one():
+    objects = Proposal(goal_of_words("structure of 0, 1, 2"), 0.3)
+    unclear = Proposal(None, 0.5, "unclear")
+    found = decide([Candidate(objects, -3.0)], (unclear, objects), BY_VERIFIER)
+    assert found.status == "ok" and found.chosen.proposal is objects  # a goal without a shape leads to the question of its shape

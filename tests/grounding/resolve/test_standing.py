@@ -56,6 +56,7 @@ def test_where_objects_stand(meant, phrase, found):
         ("blocks", "the two leftmost of the front row", [2, 1]),
         ("blocks", "the middle one of the front row", [1]),
         ("dinner", "what you'd eat soup with", [3]),
+        ("party", "half of the cups", [0, 1, 2]),
     ],
 )
 def test_one_of_several_scenes(meant, scene, phrase, found):
@@ -69,3 +70,8 @@ def test_what_nothing_stands_between_is_no_object(meant):
 def test_what_is_left_out_is_not_counted(meant):
     groups = (PhraseGroup(("three cups",), "structure", True, 0), PhraseGroup(("yellow",), "kept"))
     assert meant("cans and cups", "a ring of three cups, none of them yellow", *groups)[0] == [3, 5, 6]
+
+
+@pytest.mark.parametrize("phrase", ["bleu cups", "half of the red cups"])
+def test_a_mistyped_colour_and_an_uneven_half_choose_nothing(meant, phrase):
+    assert isinstance(meant("party", phrase)[0], Exception)

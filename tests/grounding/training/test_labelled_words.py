@@ -35,7 +35,7 @@ def outcome(row, encoder):
     except UnreadLengthError:
         return "refused"
     known, about = (rendition.known, rendition.text) if follows else ({}, "")
-    worded = WordedGoal(1.0, read.parts, read.kept, read.answer, known=known, about=about)
+    worded = WordedGoal(1.0, read.parts, read.kept, read.answer, known=known, before=before, about=about)
     found = resolved(worded, row.text, objects, encoder)
     if found.question is not None:
         return "asked"
