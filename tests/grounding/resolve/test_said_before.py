@@ -3,13 +3,9 @@
 import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
-from grounding.goal_network.parts import parts_of
-from grounding.goal_network.vocabulary import Action
-from grounding.goal_network.writer import WrittenGoal
-from grounding.propose.proposal import WordedGoal
-from grounding.propose.resolution import resolved
 from grounding.training.goal_corrections import goal_of
-from grounding.training.goal_lines import labelled
+from grounding.training.goal_lines import GoalLine
+from tests.grounding.labelled_words import resolved_label
 
 ROWS = [
     (
@@ -45,9 +41,7 @@ ROWS = [
 
 @pytest.mark.parametrize(("scene", "text", "label"), ROWS, ids=[row[1] for row in ROWS])
 def test_the_copied_words_mean_the_labelled_objects(scene, text, label):
-    task, there = labelled(text, label, scene=scene), goal_scenes()[scene]
-    actions = tuple(Action(kind, places[0]) for kind, places in task.steps[:-1])
-    written = parts_of(WrittenGoal(task.words, actions, 1.0), text)
-    found = resolved(WordedGoal(1.0, written.parts, written.kept), text, there, None)
+    there = goal_scenes()[scene]
+    found = resolved_label(GoalLine("", scene, text, label))
     assert found.goal is not None and not found.problem, found
     assert found.goal.resolved(len(there)).canonical() == goal_of(label, len(there)).resolved(len(there)).canonical()
