@@ -244,9 +244,9 @@ def _metres(words: str) -> float:
     return abs(next(iter(lengths.values()))[0])
 
 
-# How people begin when they want something else, or something more.
-_ANEW = ("", "", "", "scrap that, ", "forget that. ", "new idea: ", "start over: ", "no, do something else. ")
-_MORE = ("also ", "and ", "and then ", "plus ", "then ", "in addition, ", "oh and ", "next, ", "and also ")
+# How people begin when they want something else, or something more. What is said about other objects, without such a beginning, is more.
+_ANEW = ("scrap that, ", "forget that. ", "new idea: ", "start over: ", "no, do something else. ")
+_MORE = ("", "", "", "", "also ", "and ", "and then ", "plus ", "then ", "in addition, ", "oh and ", "next, ", "and also ")
 
 
 class DrawnCorrections:
@@ -281,8 +281,9 @@ class DrawnCorrections:
     def _task(self, goal: Goal, line: GoalLine) -> LabelledGoal:
         rendition = rendition_of(goal, goal_scenes()[line.scene])
         label = plain_label(line.label)
-        starts = _ANEW
-        if label not in NO_GOAL and self.rng.random() < 0.5 and _apart(goal, goal_of(line.label)):
+        apart = label not in NO_GOAL and _apart(goal, goal_of(line.label))
+        starts = _ANEW if apart else ("", *_ANEW)
+        if apart and self.rng.random() < 0.7:
             before = len(goal.structures)
             later = re.sub(r"structure (\d)", lambda found: f"structure {int(found[1]) + before}", label)
             label, starts = f"{rendition.label}; {later}", _MORE
