@@ -135,11 +135,12 @@ def decide(
         rivals.append(nothing)
     if doubt is not None and doubt.certainty >= max(rivals, default=0.0):
         return Decision("ask", Candidate(doubt), (), 0.0, nothing)
-    unclear = not follows and likeliest is not None and likeliest.answer == "unclear"  # a question helps, whatever it offers
+    unclear = likeliest is not None and likeliest.answer == "unclear"  # a question helps
     surest_one = max(candidates, key=lambda each: each.proposal.certainty, default=None)
-    if unclear and surest_one is not None and surest_one.proposal.goal is not None and surest_one.proposal.goal.is_open:
+    surest_goal = None if surest_one is None else surest_one.proposal.goal
+    if unclear and not follows and surest_goal is not None and surest_goal.is_open:
         return Decision("ok", surest_one, (), 0.0, nothing)  # "put the cups": which shape, is asked where a goal has none
-    goals = (candidates[number].proposal.goal for number in order if unclear or shares[number] >= OFFER)
+    goals = (candidates[number].proposal.goal for number in order if (unclear and not follows) or shares[number] >= OFFER)
     offered = tuple(goal for goal in goals if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0
     # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs little.

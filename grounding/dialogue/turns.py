@@ -14,6 +14,7 @@ from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.part_numbers import renumbered
 from grounding.goals.parts import GoalError
+from grounding.goals.taken_objects import without_placed
 from grounding.interpretation import Interpretation
 from grounding.parse_result import Question, shortened
 from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -213,10 +214,17 @@ def _open_goal(found: Interpretation) -> Goal:
 
 
 def _added(goal: Goal, new: Goal, names: Sequence[str]) -> Goal | None:
-    """Return a goal with the parts of another one in addition; `None` where both cannot be had."""
-    place = {number: number + len(goal.parts) for number in range(len(new.parts))}
-    try:
-        both = Goal((*goal.parts, *(renumbered(part, place) for part in new.parts)))
-    except GoalError:
-        return None
-    return None if _impossible(both, names) else both
+    """Return a goal with the parts of another one in addition; `None` where both cannot be had.
+
+    Where they contradict each other, what was said last counts for its objects.
+    """
+    moved = {one for part in new.parts if isinstance(part.objects, tuple) for one in part.objects}
+    for stays in (goal, without_placed(goal, moved)):
+        place = {number: number + len(stays.parts) for number in range(len(new.parts))}
+        try:
+            both = Goal((*stays.parts, *(renumbered(part, place) for part in new.parts)))
+        except GoalError:
+            continue
+        if not _impossible(both, names):
+            return both
+    return None

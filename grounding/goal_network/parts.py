@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from grounding.goal_network.goal_rendition import AfterGoal
 from grounding.goal_network.vocabulary import HEADS, KEYWORD, KEYWORDS, NO_GOAL, STRUCTURE_HEADS, Action
 from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.resolve.measures import lengths_of
@@ -57,6 +58,7 @@ class _Parts:
 
     def __init__(self, written: WrittenGoal, lengths: Mapping[str, float], text: str) -> None:
         self.written, self.lengths, self.text = written, lengths, text
+        self.after_lengths = isinstance(written, AfterGoal) and " cm" in written.rendition.text
         self.at = 0
 
     @property
@@ -96,6 +98,8 @@ class _Parts:
         for words, metres in self.lengths.items():
             if f" {phrase} " in f" {words} " or f" {words} " in f" {phrase} ":
                 return metres
+        if self.after_lengths and (found := _lengths(f"{phrase} cm")):
+            return next(iter(found.values()))  # "make that 20", of a goal in centimetres
         raise UnreadLengthError(f"has {phrase!r} for a length")
 
     def is_diameter(self, phrase: str) -> bool:

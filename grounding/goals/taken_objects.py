@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from grounding.goals.goal import Goal
-from grounding.goals.parts import Part, StructurePart
+from grounding.goals.part_numbers import renumbered
+from grounding.goals.parts import Part, PartReference, StructurePart
 from grounding.spec import SpecError
 
 _STAYING = ("moved", "swapped")  # by a length, or for each other: these are done to what stands in a structure
@@ -24,6 +26,21 @@ def without_taken(goal: Goal, before: Goal) -> Goal:
     taken = {one for part in new for one in _placed(part)}
     parts = tuple(_left(part, taken) if part in before.parts else part for part in goal.parts)
     return goal if parts == goal.parts else Goal(parts)
+
+
+def without_placed(goal: Goal, taken: Collection[object]) -> Goal:
+    """Return a goal without what it does to some objects: their places in structures, and the parts that speak of them alone.
+
+    A part that others refer to stays.
+    """
+    ends = (end for part in goal.relations for end in (part.objects, part.reference))
+    referred = {end.part for end in ends if isinstance(end, PartReference)}
+    kept = [
+        number for number, part in enumerate(goal.parts)
+        if number in referred or not isinstance(part.objects, tuple) or not set(part.objects) <= set(taken)
+    ]  # fmt: skip
+    place = {old: new for new, old in enumerate(kept)}
+    return Goal(tuple(renumbered(_left(goal.parts[old], set(taken)), place) for old in kept))
 
 
 def _placed(part: Part) -> tuple[object, ...]:

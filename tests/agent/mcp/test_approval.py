@@ -85,7 +85,6 @@ def test_only_the_json_value_true_is_a_yes(served, mode):
     assert not [line for line in served.audit if line["outcome"] == "started" or line["decision"] == "approved"]
 
 
-@pytest.mark.xfail(reason="a wish of it is asked about since the networks were trained further", strict=False)
 def test_plans_are_void_when_the_table_or_the_wish_is_another(served):
     """Build one of two plans, undo it, and propose something else: every earlier plan says why it is void."""
 

@@ -120,7 +120,6 @@ def test_a_client_that_goes_away_stops_the_arm(tmp_path, models, monkeypatch):
     assert [line["outcome"] for line in lines] == ["started", "cancelled"]
 
 
-@pytest.mark.xfail(reason="'put the cups' is asked about with other options", strict=False)
 def test_stop_drops_what_is_open(served):
     async def conversation(client):
         nothing = await data(client, "stop")

@@ -161,7 +161,7 @@ def test_after_a_build_an_instruction_of_its_own_needs_no_question():
 def test_choices_are_whole_feasible_goals():
     script = {"*": "", "stack the cans": "tower of 0, 1, 2"}
     state, outcome = talk(script, "stack the cans", state=holding("line of 0, 5, 6"))  # can 0 cannot be in both
-    assert outcome.status == "ask" and [str(one) for one in state.choices] == ["tower of 0, 1, 2"]
+    assert outcome.status == "ask" and [str(one) for one in state.choices] == ["tower of 0, 1, 2", "line of 5, 6; tower of 0, 1, 2"]
 
 
 def test_what_stands_moves_by_centimetres():

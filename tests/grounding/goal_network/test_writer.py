@@ -7,9 +7,12 @@ import shutil
 
 import pytest
 
+from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, WrittenParts, parts_of
 from grounding.goal_network.vocabulary import Action, keyword
 from grounding.goal_network.writer import MOST_SAID, WEIGHTS, GoalNetworkError, NetworkWriter, WrittenGoal, words_of
+from grounding.training.goal_corrections import GoalCorrection, goal_of
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +75,22 @@ def test_a_radius_of_a_diameter_is_half_of_it():
     with pytest.raises(UnreadLengthError, match="has 'of cups' for a length"):
         wrong = (*actions[:4], Action(1, 2), Action(2, 3))
         parts_of(WrittenGoal(tuple(words), wrong, 1.0), text)
+
+
+@pytest.mark.parametrize(("gap", "said", "metres"), [(", gap 4 cm", "make that 6", 0.06), (", gap 4 cm", "ten rather", 0.1), ("", "make that 6", None)])
+def test_a_bare_number_is_in_centimetres_where_the_goal_so_far_has_some(gap, said, metres):
+    row = GoalCorrection("cans and cups", f"line of the cans {{0,1,2}}{gap}.", said, "")
+    rendition = rendition_of(goal_of(row.before), goal_scenes()[row.scene])
+    words = words_of(f"{rendition.text} {said}")
+    place = next(n for n, word in enumerate(words) if word in ("6", "ten"))
+    cans = words.index("cans")
+    actions = (keyword("line of"), Action(1, cans), Action(2, cans), keyword("gap"), Action(1, place), Action(2, place))
+    written = AfterGoal(tuple(words), actions, 1.0, rendition)
+    if metres is None:
+        with pytest.raises(UnreadLengthError):
+            parts_of(written, " ".join(words))
+    else:
+        assert parts_of(written, " ".join(words)).parts[0]["gap"] == pytest.approx(metres)
 
 
 def test_weights_that_do_not_fit_are_named(tmp_path, encoder):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from grounding.goals.taken_objects import without_taken
+from grounding.goals.taken_objects import without_placed, without_taken
 from tests.grounding.goal_in_words import goal_of_words
 
 
@@ -19,3 +19,16 @@ from tests.grounding.goal_in_words import goal_of_words
 def test_objects_leave_what_stood(before, goal, left):
     so_far = goal_of_words(before) if before != "nothing" else goal_of_words("line of 8, 9")
     assert str(without_taken(goal_of_words(goal), so_far)) == str(goal_of_words(left))
+
+
+@pytest.mark.parametrize(
+    ("goal", "taken", "left"),
+    [
+        ("1 at top; 2 at bottom", {2}, "1 at top"),
+        ("structure of 2, 3, left; line of 4, 5, 6, right; part 2 behind 0", {2, 3}, "line of 4, 5, 6, right; part 1 behind 0"),
+        ("line of 0, 1, 2; 3 behind part 1", {0, 1, 2}, "line of 0, 1, 2; 3 behind part 1"),  # another part refers to it
+        ("square of 0, 1, 2, 3", {3}, "square of 0, 1, 2"),
+    ],
+)
+def test_a_goal_without_what_it_does_to_some_objects(goal, taken, left):
+    assert str(without_placed(goal_of_words(goal), taken)) == str(goal_of_words(left))

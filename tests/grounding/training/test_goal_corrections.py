@@ -115,7 +115,9 @@ def test_drawn_corrections_replace_or_add():
     tasks = [draws.draw() for _ in range(60)]
     assert all(task.words[:3] == ("so", "far", ":") and task.words[task.said_from - 1] == ":" for task in tasks)
     copied = [any(kind != KEYWORD and at[0] < task.said_from for kind, at in task.steps) for task in tasks]
-    assert 5 < sum(copied) < 40  # the others take the goal's place
+    assert 5 < sum(copied) < 50  # the others take the goal's place
+    begins = [" ".join(task.words[task.said_from :][:2]) for task, kept in zip(tasks, copied, strict=True) if not kept]
+    assert any(begin in ("scrap that", "forget that", "new idea", "start over", "no ,") for begin in begins)
 
 
 def test_what_is_kept_is_no_part_of_all():
