@@ -190,8 +190,11 @@ class PhraseObjects:
         raise problem or ResolveError(f"nothing here is {phrase.text!r}")
 
     def _others(self, found: list[int]) -> list[int]:
-        """Leave out what other phrases name; what those before it name where all are named."""
+        """Leave out what other phrases name, or the goal so far; what those before it name where all are named."""
         left = [i for i in found if i not in self._said.named()]
+        if len(left) == len(found):
+            so_far = {i for objects in self._known.values() for i in objects}
+            left = [i for i in found if i not in so_far] or left
         before = {i for each in self._said.before() for i in each.found or ()}
         return left or [i for i in found if i not in before]
 

@@ -8,7 +8,7 @@ from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.parts import UnreadLengthError
 from grounding.goals.comparison import compare_goals
 from grounding.goals.part_numbers import laid_around
-from grounding.training.goal_corrections import goal_corrections, goals_of
+from grounding.training.goal_corrections import GoalCorrection, goal_corrections, goals_of
 from grounding.training.goal_lines import LabelError, goal_lines
 from tests.grounding.labelled_words import resolved_label
 
@@ -43,3 +43,19 @@ def test_labelled_words_mean_the_labelled_goal(encoder, rows, right, wrong):
     print(dict(found))
     assert sum(found.values()) > 0.7 * len(rows)
     assert found["right"] >= right * sum(found.values()) and found["wrong"] <= wrong * sum(found.values()), found
+
+
+@pytest.mark.parametrize(
+    ("scene", "before", "text", "after"),
+    [
+        ("shapes", "place of yellow cylinder {4}, in front of the brick {5}.", "Sorry, the other cylinder.",
+         "place of the other cylinder {3}, in front of the brick {5}."),
+        ("breakfast", "place of the red mug {0}, left of the plate {3}.", "no, the other one", "place of the other one {1}, left of the plate {3}."),
+        ("garden", "place of the smaller brown pot {1}, behind the stone {5}.", "bigger one", "place of bigger one {0}, behind the stone {5}."),
+        ("cans and cups", "circle of the cups {3,4,5,6}; place of the green can {2}, at right top.", "the can at left top",
+         "circle of the cups {3,4,5,6}; place of the can {2}, at left top."),
+        ("cans and cups", "pyramid of the cups {3,4,5}, right.", "add the blue one", "pyramid of the cups {3,4,5} + the blue one {6}, right."),
+    ],
+)  # fmt: skip
+def test_words_of_a_follow_up_take_their_meaning_from_the_goal_so_far(encoder, scene, before, text, after):
+    assert outcome(GoalCorrection(scene, before, text, after), encoder) == "right"
