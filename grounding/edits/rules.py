@@ -107,9 +107,10 @@ def edited(
     said = tokens_of(text, goal, objects) if goal.parts else None
     if said is None or not said.tokens:
         return None
-    if _SWAP.fullmatch(said.kinds):
-        return _exchanged(goal, said, stands)
     rule = next((rule for rule in RULES if re.fullmatch(rule.pattern, said.kinds)), None)
+    two_turned = rule is not None and rule.edit is other_way and len(said.named) == 2  # "blue and yellow the other way round"
+    if _SWAP.fullmatch(said.kinds) or two_turned:
+        return _exchanged(goal, said, stands)
     return None if rule is None else replace(_applied(rule, goal, said, stands, fresh), computed=rule.computes)
 
 
