@@ -77,7 +77,8 @@ class Choice:
             found = self._ranked(phrase, phrase.rank, found)
         if unknown and found and not self._agrees(phrase, found):
             problem = UnjudgedError(unknown[0])
-            mistyped = process.extractOne(unknown[0], COLOURS, scorer=OSA.distance, score_cutoff=1)  # "bleu cups"
+            nearest = process.extractOne(unknown[0], COLOURS, scorer=OSA.distance, score_cutoff=1)
+            mistyped = nearest is not None and nearest[0] != unknown[0]  # "bleu cups"
             if mistyped or not phrase.noun or not phrase.plural or phrase.count is not None:
                 raise problem
             self.notes.append(f"{problem}: that word was left out of the choice")
