@@ -43,8 +43,7 @@ ROWS = [
     ("cans and cups", "put the cups in a line, no sorry, in a circle, on the left", ["circle of 3, 4, 5, 6, left"], "circle"),
     ("breakfast", "place the banana on the plate, uh, I mean in the bowl", ["5 in 2"], "bowl"),
     # two places, of which one is how near
-    pytest.param(PAIRS, "take the toyota block and place directly next to the nvidia block to the right", ["2 right of 3"], "right",
-     marks=pytest.mark.xfail(reason="built as next to, and 'to the right' is lost in silence", strict=False)),
+    (PAIRS, "take the toyota block and place directly next to the nvidia block to the right", ["2 right of 3"], "right"),
     ("breakfast", "put the spoon right beside the plate on its left side", ["4 left of 3"], "left"),
     ("desk", "set the tape close to the box, just behind it", ["5 behind 4"], "behind"),
     # an object by where it stands
@@ -85,16 +84,8 @@ def there():
     return reader()
 
 
-SILENT = (
-    "ok so first off um take the red block and put it to the left", "take the spoon next to the bowl and lay it on the plate",
-    "Make a ring of three cups, none of them yellow", "stack two blocks, neither of them red, blue or green",
-)  # fmt: skip
-
-
 @pytest.mark.parametrize(("scene", "text", "goals", "words"), ROWS, ids=[getattr(row, "values", row)[1][:60] for row in ROWS])
-def test_nothing_is_lost_in_silence(there, scene, text, goals, words, request):
-    if text.startswith(SILENT):
-        request.applymarker(pytest.mark.xfail(reason="half of it is lost since the networks were trained further", strict=False))
+def test_nothing_is_lost_in_silence(there, scene, text, goals, words):
     objects = goal_scenes()[scene] if isinstance(scene, str) else scene
     found = there.interpret(text, objects)
     if found.status == "ok":

@@ -12,8 +12,6 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-import pytest
-
 from tests.agent.chat.terminal import ROOT, Terminal
 from tests.commands import structagent
 
@@ -114,7 +112,6 @@ def test_a_conversation_through_a_pipe(tmp_path):
     assert through_a_pipe(tmp_path) == (TRANSCRIPTS / "piped.txt").read_text(encoding="utf-8")
 
 
-@pytest.mark.xfail(reason="a sentence of it is asked about since the networks were trained further", strict=False, run=False)
 def test_a_conversation_in_a_terminal(tmp_path):
     assert in_a_terminal(tmp_path) == (TRANSCRIPTS / "terminal.txt").read_text(encoding="utf-8")
 
