@@ -131,21 +131,30 @@ def decide(
         return Decision("ask" if asks else "ok", best, goals, shares[order[0]], nothing)
     likeliest = max(proposals, key=lambda each: each.certainty, default=None)
     rivals = [each.certainty for each in proposals if each.goal is not None]
-    if likeliest is not None and likeliest.answer != "unclear":  # what is unclear to the proposer is what the question asks
+    # What is unclear to the proposer is what the question asks, and where it is not sure of its answer, a question costs little.
+    if likeliest is not None and likeliest.answer != "unclear" and nothing >= BUILD:
         rivals.append(nothing)
     if doubt is not None and doubt.certainty >= max(rivals, default=0.0):
         return Decision("ask", Candidate(doubt), (), 0.0, nothing)
     unclear = likeliest is not None and likeliest.answer == "unclear"  # a question helps
-    surest_one = max(candidates, key=lambda each: each.proposal.certainty, default=None)
-    surest_goal = None if surest_one is None else surest_one.proposal.goal
-    if unclear and not follows and surest_goal is not None and surest_goal.is_open:
-        return Decision("ok", surest_one, (), 0.0, nothing)  # "put the cups": which shape, is asked where a goal has none
+    if not follows and (shapeless := _shapeless(candidates, proposals)) is not None:
+        return Decision("ok", shapeless, (), 0.0, nothing)  # "put the cups": which shape, is asked where a goal has none
     goals = (candidates[number].proposal.goal for number in order if (unclear and not follows) or shares[number] >= OFFER)
     offered = tuple(goal for goal in goals if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0
     # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs little.
     asks = bool(offered) and not barred and (unclear or (nothing < BUILD if follows else nothing <= surest))
     return Decision("ask" if asks else "refused", best, offered, surest, nothing)
+
+
+def _shapeless(candidates: Sequence[Candidate], proposals: Sequence[Proposal]) -> Candidate | None:
+    """Return the likeliest candidate if it says nothing but its objects, and that is likelier than that nothing can be built."""
+    surest = max(candidates, key=lambda each: each.proposal.certainty, default=None)
+    if surest is None or surest.proposal.goal is None or not surest.proposal.goal.is_open:
+        return None
+    unclear = sum(each.certainty for each in proposals if each.answer == "unclear")
+    answered = sum(each.certainty for each in proposals if each.answer) - unclear
+    return surest if unclear and unclear + surest.proposal.certainty > answered else None
 
 
 def _logit(share: float) -> float:

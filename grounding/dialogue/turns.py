@@ -175,14 +175,15 @@ def _not_taken(
 ) -> tuple[Dialogue, Outcome]:
     """Ask or refuse; a whole instruction that fits no goal so far may take its place, or come in addition to it."""
     names, spoken = [one.name for one in objects], reader.viewpoint == "robot"
-    if state.goal.parts and not found.choices:
+    if state.goal.parts:
         alone = reader.interpret(text, objects)
-        if alone.status == "ok" and found.unchanged:  # a wish that is repeated is proposed anew
+        repeated = found.unchanged or all(part in state.goal.parts for part in alone.goal.parts)
+        if alone.status == "ok" and repeated:  # a wish that is repeated is proposed anew
             again = [number for number, part in enumerate(state.goal.parts) if part in alone.goal.parts]
             if alone.goal != state.goal:
                 again = [number for number in again if number not in state.standing]
             return accepted(state, state.goal, names, alone.message, alone, again, spoken)
-        if alone.status == "ok":
+        if alone.status == "ok" and not found.choices:
             if len(state.standing) == len(state.goal.parts):
                 return accepted(state, alone.goal, names, alone.message, alone, (), spoken)
             goals = [alone.goal, *((both,) if (both := _added(state.goal, alone.goal, names)) is not None else ())]

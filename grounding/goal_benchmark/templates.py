@@ -274,7 +274,7 @@ def _new_shapes(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goal]]:
             for phrase in phrases:
                 yield phrase.format("everything"), _goal(StructurePart(shape))
     for rows, columns in ((3, 3), (2, 4), (4, 2), (2, 3), (3, 2)):
-        if rows * columns <= len(objects):
+        if (rows - 1) * columns < len(objects) <= rows * columns:
             yield (
                 f"arrange all objects in a {rows} by {columns} grid",
                 _goal(StructurePart("grid", rows=rows, columns=columns)),
