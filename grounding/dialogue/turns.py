@@ -71,7 +71,7 @@ def say(
         if options:
             return _narrowed(state, options)
     edit = _edit(state, text, reader, objects, stands)
-    if edit is not None and (edit.computed or len(edit.goals) == 1) and edit.goals:
+    if edit is not None and edit.goals and (edit.computed or len(edit.goals) == 1):
         return _edited(state, text, edit, reader, names)
     found = _read(state, text, reader, objects)
     if found.status == "ok":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Set
 from dataclasses import replace
 
 from grounding.goals.goal import Goal
@@ -28,7 +28,7 @@ def without_taken(goal: Goal, before: Goal) -> Goal:
     return goal if parts == goal.parts else Goal(parts)
 
 
-def without_placed(goal: Goal, taken: Collection[object]) -> Goal:
+def without_placed(goal: Goal, taken: Set[object]) -> Goal:
     """Return a goal without what it does to some objects: their places in structures, and the parts that speak of them alone.
 
     A part that others refer to stays.
@@ -37,10 +37,10 @@ def without_placed(goal: Goal, taken: Collection[object]) -> Goal:
     referred = {end.part for end in ends if isinstance(end, PartReference)}
     kept = [
         number for number, part in enumerate(goal.parts)
-        if number in referred or not isinstance(part.objects, tuple) or not set(part.objects) <= set(taken)
+        if number in referred or not isinstance(part.objects, tuple) or not set(part.objects) <= taken
     ]  # fmt: skip
     place = {old: new for new, old in enumerate(kept)}
-    return Goal(tuple(renumbered(_left(goal.parts[old], set(taken)), place) for old in kept))
+    return Goal(tuple(renumbered(_left(goal.parts[old], taken), place) for old in kept))
 
 
 def _placed(part: Part) -> tuple[object, ...]:
@@ -48,7 +48,7 @@ def _placed(part: Part) -> tuple[object, ...]:
     return part.objects if isinstance(part.objects, tuple) and not staying else ()
 
 
-def _left(part: Part, taken: set[object]) -> Part:
+def _left(part: Part, taken: Set[object]) -> Part:
     if not isinstance(part, StructurePart) or part.objects is None or taken.isdisjoint(part.objects):
         return part
     try:

@@ -227,9 +227,9 @@ class Choice:
         landmark = self._of_phrase(test.other)
         if test.second is not None:
             landmark = [*landmark, *self._of_phrase(test.second)]
-        if test.word == "between" and len(landmark) != 2:
-            raise ResolveError(f"it is not clear between what {phrase.text!r} is")
         if test.word == "between":
+            if len(landmark) != 2:
+                raise ResolveError(f"it is not clear between what {phrase.text!r} is")
             return self.there.places.between(found, landmark[0], landmark[1])[: phrase.count or (None if many else 1)]
         if test.kind == "nearest":
             return self.there.places.nearest(found, landmark, test.word == "far", phrase.count or (None if many else 1))

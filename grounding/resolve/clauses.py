@@ -12,7 +12,7 @@ from grounding.resolve.phrase import Draft, Phrase, Rank, Test
 from grounding.resolve.phrase_text import PhraseReader
 from grounding.resolve.place_words import idle_place
 from grounding.resolve.predicates import predicate_after
-from grounding.resolve.standing import standing_at
+from grounding.resolve.standing import standing_after
 from grounding.resolve.word_forms import singular
 
 _PERSONS = frozenset("you i we one people they someone he she folks".split())
@@ -35,7 +35,7 @@ def clauses_after(parser: PhraseReader, draft: Draft, at: int, excepting: bool) 
     Returns:
         The place after it.
     """
-    readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, _stands]
+    readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, standing_after]
     readers = [exception_after, *readers] if excepting else readers
     while at < len(parser.words):
         end = uniqueness_after(parser, draft, at) or idle_place(parser.words, at)
@@ -97,15 +97,6 @@ def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:
             draft.test(Test("use", " ".join(kinds)))
             return end
     return None
-
-
-def _stands(parser: PhraseReader, draft: Draft, at: int) -> int | None:
-    """Read where the objects stand: "behind the plate", "at the back", "nearest to me"."""
-    found = standing_at(parser, at, draft.noun)
-    if found is None:
-        return None
-    draft.test(found[0])
-    return found[1]
 
 
 _HAVING = frozenset("with having has have bearing share shares".split())

@@ -10,7 +10,7 @@ from grounding.resolve.comparisons import comparison_at
 from grounding.resolve.phrase import Draft, Phrase, Rank, Test
 from grounding.resolve.phrase_text import PhraseReader
 from grounding.resolve.place_words import SIDES
-from grounding.resolve.standing import standing_at
+from grounding.resolve.standing import standing_after, standing_at
 
 _LINKS = frozenset("that which who what as".split())
 _IS = frozenset("is are was were be being looks look stands stand sits sit lies lie rests rest".split())
@@ -53,7 +53,7 @@ def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     negated = parser.word(place) in ("not", "neither", "no")
     place += negated
     if stands:
-        return _placed(parser, draft, place)
+        return standing_after(parser, draft, place)
     return _list(parser, draft, place, negated)
 
 
@@ -75,14 +75,6 @@ def _verb(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | N
             draft.test(Test("use", " ".join(kinds), negated=negated))
             return end
     return None
-
-
-def _placed(parser: PhraseReader, draft: Draft, at: int) -> int | None:
-    found = standing_at(parser, at, draft.noun)
-    if found is None:
-        return None
-    draft.test(found[0])
-    return found[1]
 
 
 def _list(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from grounding.resolve.phrase import Phrase, Test
+from grounding.resolve.phrase import Draft, Phrase, Test
 from grounding.resolve.phrase_text import PhraseReader
 from grounding.resolve.place_words import sides_at
 
@@ -57,6 +57,15 @@ def standing_at(parser: PhraseReader, at: int, noun: tuple[str, ...] = ()) -> tu
     if nearest is not None and other is not None:
         return Test("nearest", "far" if nearest["how"].startswith("fur") else "near", other=other[0]), other[1]
     return _related(parser, at, said, _OF_RELATION, ())
+
+
+def standing_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read where objects stand into a draft; return the place after it, or `None` where none stands."""
+    found = standing_at(parser, at, draft.noun)
+    if found is None:
+        return None
+    draft.test(found[0])
+    return found[1]
 
 
 def _related(
