@@ -130,7 +130,8 @@ def decide(
         goals = (best.proposal.goal,) if asks and best.proposal.goal is not None else ()
         return Decision("ask" if asks else "ok", best, goals, shares[order[0]], nothing)
     likeliest = max(proposals, key=lambda each: each.certainty, default=None)
-    rivals = [each.certainty for each in proposals if each.goal is not None]
+    # A question about one of several readings is no answer where a likelier one cannot be had.
+    rivals = [each.certainty for each in proposals if each.goal is not None or each.problem]
     # What is unclear to the proposer is what the question asks, and where it is not sure of its answer, a question costs little.
     if likeliest is not None and likeliest.answer != "unclear" and nothing >= BUILD:
         rivals.append(nothing)

@@ -69,10 +69,15 @@ class TableWorker:
     """The thread that works on the table."""
 
     def __init__(self) -> None:
-        self.job: Job | None = None  # what it is doing now
+        self._working: Job | None = None
         self._alone: Job | None = None
         self._waiting = 0
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="table")
+
+    @property
+    def job(self) -> Job | None:
+        """What it is doing now, or what other calls are refused for until its caller has been told of its end."""
+        return self._alone or self._working
 
     def close(self) -> None:
         """Wait for the job that is under way, and end the thread."""
@@ -121,20 +126,20 @@ class TableWorker:
 
     async def stop(self) -> Job | None:
         """Stop the job that is under way, and return it when it has ended; `None` if there was none."""
-        job = self._alone or self.job
+        job = self.job
         if job is not None:
             job.stop()
             await job.wait()
         return job
 
     def _run(self, job: Job, work: Callable[[Job], Result]) -> Result:
-        self.job = job
+        self._working = job
         try:
             return work(job)
         except KeyboardInterrupt:
             raise StoppedError("the call was stopped before it was done") from None
         finally:
-            self.job = None
+            self._working = None
             give_back()
 
 

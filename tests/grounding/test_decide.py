@@ -35,6 +35,7 @@ def test_two_thresholds(logits, status, offered):
         ((Proposal(None, 0.8, "nothing"),), "refused"),
         ((Proposal(LINE.goal, 0.5),), "refused"),
         ((Proposal(LINE.goal, 0.05),), "ask"),
+        ((Proposal(None, 0.5, problem="there is no plate"),), "refused"),  # what is likelier meant cannot be had
     ],
 )
 def test_objects_in_doubt_are_asked_about_where_no_other_reading_is_likelier(others, status):
