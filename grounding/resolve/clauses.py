@@ -183,7 +183,7 @@ def exception_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
         place = joint
     if not without or not _says_which(without[0]):
         return None  # "all cups but one"
-    draft.without += map(_all_of_colour, without)
+    draft.without += without
     draft.plural = True if draft.plural is None else draft.plural
     return place
 
@@ -192,11 +192,3 @@ def _says_which(phrase: Phrase) -> bool:
     return bool(
         phrase.noun or phrase.tests or phrase.rank is not None or phrase.kind != "objects" or phrase.among is not None
     )
-
-
-def _all_of_colour(phrase: Phrase) -> Phrase:
-    """Return the phrase for all of a bare colour: "not red" leaves out everything that is red."""
-    placed = any(each[0].kind == "place" for each in phrase.tests)
-    if not phrase.bare or phrase.plural is not None or phrase.count is not None or placed:
-        return phrase
-    return replace(phrase, plural=True)

@@ -41,9 +41,6 @@ _PERSON = re.compile(
 _AWAY = re.compile(
     r"(?:standing |sitting |lying )?(?:the )?(?:(?P<far>furthest|further|far|farthest)|closest|nearest|closer|nearer)(?: away| back| off| forward)?$"
 )
-_PAIR = re.compile(
-    r"(near|far|front|back|left|right|(?:nearest|closest|furthest)(?= on| at| in)) (?:on|at|in|to) (?:the |my |your )?(left|right|front|back)\b(?! of\b)"
-)
 _OF_CENTRE = re.compile(r"(?:to the )?(left|right) of (?:the )?middle\b")
 _EXTREME = re.compile(r"(?:the )?(leftmost|rightmost|rearmost|frontmost|foremost|backmost|hindmost|outermost)\b")
 
@@ -57,9 +54,6 @@ def sides_at(words: Sequence[str], at: int) -> tuple[tuple[str, ...], int] | Non
     rest = " ".join(words[at:])
     if found := _OF_CENTRE.match(rest):
         return (found.group(1),), at + len(found.group().split())
-    if found := _PAIR.match(rest):
-        more, end = _more(words, at + len(found.group().split()))
-        return tuple(dict.fromkeys((SIDES[found.group(1)], SIDES[found.group(2)], *more))), end
     if found := _EXTREME.match(rest):
         return (SIDES[found.group(1)],), at + len(found.group().split())
     if (found := _PERSON.match(rest)) is not None:

@@ -33,8 +33,6 @@ def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     place = at
     linked = parser.word(place) in _LINKS
     place += linked
-    if parser.word(place) == "can" and parser.word(place + 1) in ("not", "roll", "be"):
-        return _ability(parser, draft, place + 1)
     if parser.word(place) in ("does", "do") and parser.word(place + 1) == "not":
         return _verb(parser, draft, place + 2, True)
     if parser.word(place) not in _IS:
@@ -60,11 +58,6 @@ def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
 def _bare_clause(draft: Draft) -> bool:
     """Return whether a clause may begin without "that": "whatever | is red", "whichever cup | is nearest"."""
     return not draft.noun or draft.plural is not True
-
-
-def _ability(parser: PhraseReader, draft: Draft, at: int) -> int | None:
-    negated = parser.word(at) == "not"
-    return _verb(parser, draft, at + negated, negated)
 
 
 def _verb(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | None:

@@ -4,7 +4,8 @@
 read for the first time when that was done (then 10 of the 20 came out right in every turn). The second, of another day: 25 that
 were mended (12 right at first), and 16 that were read for the first time after that (then 7 right). "unseen c" and
 "unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a third, "unseen g" are 40
-longer ones of a fourth, and "unseen h" are 60 of a fifth, of three to six turns; nobody opens them, rates only. A dialogue ends at its first turn that goes wrong.
+longer ones of a fourth, "unseen h" are 60 of a fifth, of three to six turns,
+and "unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. A dialogue ends at its first turn that goes wrong.
 """
 
 from __future__ import annotations
@@ -69,6 +70,7 @@ def _resolved(goal, count):
 RATES = [
     ("development", 24, 30, 4), ("unseen", 12, 14, 2), ("development b", 14, 18, 4), ("unseen b", 11, 13, 3),
     ("unseen c", 22, 26, 3), ("unseen d", 23, 35, 4), ("unseen e", 18, 23, 6), ("unseen g", 19, 28, 9), ("unseen h", 37, 46, 4),
+    ("unseen i", 16, 26, 6),
 ]  # fmt: skip
 
 
