@@ -61,7 +61,7 @@ def _bare_clause(draft: Draft) -> bool:
 
 
 def _verb(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | None:
-    """Read "that writes", "which rolls on four wheels", "that can't roll"."""
+    """Read "that writes", "which rolls on four wheels", "that does not roll"."""
     for end in range(len(parser.words), at, -1):
         kinds = use_of(" ".join(parser.words[at:end]))
         if kinds is not None:

@@ -4,16 +4,15 @@ from collections import Counter
 from pathlib import Path
 
 from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.vocabulary import NO_GOAL
 from grounding.goals.comparison import compare_goals
 from grounding.training.goal_corrections import goal_of
-from tests.grounding.readers import reader
 
 ROWS = [
     line.split("\t")
     for line in Path(__file__).with_name("unseen_lines.tsv").read_text("utf-8").splitlines()
     if not line.startswith("#")
 ]
-NO_GOAL = ("impossible", "unclear", "nothing")
 
 
 def outcome(interpreter, scene, text, label):
@@ -26,8 +25,7 @@ def outcome(interpreter, scene, text, label):
     return "right" if compare_goals(found.goal, goal_of(label, len(objects)), len(objects)).exact else "wrong"
 
 
-def test_rates():
-    interpreter = reader()
+def test_rates(interpreter):
     wished = Counter(outcome(interpreter, *row) for _, *row in ROWS if row[-1].strip(" .") not in NO_GOAL)
     others = Counter(outcome(interpreter, *row) for _, *row in ROWS if row[-1].strip(" .") in NO_GOAL)
     print(wished, others)
