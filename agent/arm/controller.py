@@ -1,4 +1,4 @@
-"""Move the arm in physics: follow paths, close and open the hand, hold objects by a weld."""
+"""Move the arm in physics: follow paths, close and open the hand."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from typing import Protocol
 import numpy as np
 import pybullet
 
-from agent.arm.arm_model import FINGER_SPEED
+from agent.arm.arm_model import FINGER_EFFORT, FINGER_SPEED
 from agent.arm.gripper import ANGLES
 from agent.arm.kinematics import JacoArm
 from agent.arm.trajectories import trajectory
 from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
-WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
 HALTING_SECONDS = 0.2
-LETTING_GO_SECONDS = 0.5  # within which the fingers must be clear of the object
-SQUEEZE = 0.15  # rad beyond contact that the finger motors aim for in a grasp held by friction
+THIRD_FINGER_SECONDS = 0.3  # that the third finger gets after both sides touch
+SQUEEZE = np.array([0.02, 0.2, 0.2])  # rad beyond contact that the motors of the thumb and fingers 2 and 3 aim for
+SQUEEZING_SECONDS = 0.3
+GRIP_ITERATIONS = 200  # of the engine's solver, which it takes to bring the motors' torque to the contacts
 
 
 class MotionListener(Protocol):
@@ -37,7 +38,6 @@ class ArmDriver:
     Args:
         world: the true objects.
         arm: the arm, in `world.client`.
-        weld: whether a grasp is held by a fixed constraint, or by the fingers' friction alone.
         on_step: called after every physics step, or `None`.
         log: receives every motion, or `None`.
     """
@@ -46,16 +46,12 @@ class ArmDriver:
         self,
         world: TabletopWorld,
         arm: JacoArm,
-        weld: bool,
         on_step: Callable[[], None] | None = None,
         log: MotionListener | None = None,
     ) -> None:
-        self.world, self.arm, self.welds, self.on_step, self.log = world, arm, weld, on_step, log
-
-    @property
-    def holds(self) -> int | None:
-        """Return the body that is welded to the hand, or `None`."""
-        return None if self.arm.weld is None else self.arm.weld[1]
+        self.world, self.arm, self.on_step, self.log = world, arm, on_step, log
+        if arm.hold == "friction":
+            world.refine(GRIP_ITERATIONS)
 
     def halt(self) -> None:
         """Stop the joints where they are."""
@@ -111,45 +107,39 @@ class ArmDriver:
         self.wait(0.08)
 
     def close(self, body: int) -> set[int]:
-        """Close each finger until it touches `body`; return which fingers touch."""
+        """Close the fingers until they touch `body` on both sides; return which fingers touch.
+
+        Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets a
+        little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against them
+        both where it is.
+        """
         self._begin("close hand")
         arm = self.arm
         targets = arm.finger_angles()
         touched: set[int] = set()
-        step = FINGER_SPEED * TIME_STEP
-        while True:
+        patience = 1 if arm.hold == "weld" else round(THIRD_FINGER_SECONDS / TIME_STEP)
+        while patience:
             free = [k for k in range(3) if k not in touched and targets[k] < ANGLES[-1]]
-            if not free or (0 in touched and len(touched) >= 2):
+            if not free:
                 break
-            for k in free:
-                targets[k] += step
+            targets[free] += FINGER_SPEED * TIME_STEP
             arm.command_fingers(list(targets))
             self.step()
             for k in arm.touching(body) - touched:
                 touched.add(k)
                 targets[k] = arm.finger_angles()[k]
-        if not self.welds:
-            arm.command_fingers([float(angle) + SQUEEZE for angle in targets])
-            self.wait(0.3)
-            return arm.touching(body)
-        return touched
+            patience -= 0 in touched and len(touched) >= 2
+        if arm.hold == "weld":
+            return touched
+        arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, FINGER_EFFORT / 2, FINGER_EFFORT / 2))
+        self.wait(SQUEEZING_SECONDS)
+        return arm.touching(body)
 
-    def weld(self, body: int) -> None:
-        """Weld `body` to the hand in its present pose."""
-        arm, client = self.arm, self.world.client
+    def take(self, body: int) -> None:
+        """Go on with `body` in the hand."""
         self.world.free(body)
         self._wake(body)
-        position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
-        state = pybullet.getLinkState(arm.body, arm.hand, physicsClientId=client)
-        inverse = pybullet.invertTransform(state[0], state[1])
-        in_hand = pybullet.multiplyTransforms(*inverse, position, quaternion)
-        constraint = pybullet.createConstraint(
-            arm.body, arm.hand, body, -1, pybullet.JOINT_FIXED, [0, 0, 0], in_hand[0], [0, 0, 0], in_hand[1],
-            physicsClientId=client,
-        )
-        pybullet.changeConstraint(constraint, maxForce=WELD_FORCE, physicsClientId=client)
-        arm.weld = (constraint, body)
-        arm.command_fingers(list(arm.finger_angles()))
+        self.arm.take(body)
 
     def open(self, opening: float) -> None:
         """Command the fingers to the angle `opening`, without waiting for them."""
@@ -157,12 +147,17 @@ class ArmDriver:
         self.arm.command_fingers([opening] * 3)
 
     def let_go(self, opening: float) -> None:
-        """Open the fingers to the angle `opening`; a weld ends when none of them touches the object any more."""
-        self.open(opening)
-        if self.arm.weld is not None:
-            for _ in range(round(LETTING_GO_SECONDS / TIME_STEP)):
-                self.step()
-                if not self.arm.touching(self.arm.weld[1]):
-                    break
-            self.arm.drop()
+        """Open the fingers together to the angle `opening`; a weld ends when none of them touches the object any
+        more.
+        """
+        self._begin("open hand")
+        body, targets = self.arm.held, self.arm.finger_angles()
+        while (targets > opening).any():
+            targets = np.maximum(targets - FINGER_SPEED * TIME_STEP, opening)
+            self.arm.command_fingers(list(targets))
+            self.step()
+            if body is not None and not self.arm.touching(body):
+                self.arm.drop()
+                body = None
+        self.arm.drop()
         self.wait(0.35)

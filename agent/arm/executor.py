@@ -1,19 +1,18 @@
 """Build a structure with the simulated Jaco: search, pick and place, and a measurement after each placement.
 
-The simulation is realistic in part. The arm moves by position motors within the maker's joint speeds;
-the fingers close with the real finger effort and each stops where it touches; friction is that of
-the physics engine. Rigid finger boxes hold curved and light objects badly, so a grasp is held
-by a weld after contact on both sides: once the thumb and at least one opposite finger touch the
-object, a fixed constraint joins it to the hand until the fingers have opened clear of it (the paper's
-own planning assumes that a grasped object is attached rigidly). A grasp without such contact has
-failed, and the next is tried. Each placement, each slip while the fingers close, and each object that
-was pushed is measured on the simulation's poses: this stands in for tracking by the camera.
+The arm moves by position motors within the maker's joint speeds; the fingers close with the maker's effort, each waits
+where it touches, and what they hold they hold by friction. With `JacoArm.hold` "weld" a fixed constraint joins the
+object to the hand once the thumb and at least one opposite finger touch it, until the fingers have opened clear of it
+(the paper's own planning assumes that a grasped object is attached rigidly). A grasp without contact on both sides, or
+whose object has not come along after the lift, has failed, and the next is tried. Each placement, each slip while the
+fingers close, and each object that was pushed is measured on the simulation's poses: this stands in for tracking by the
+camera.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Collection, Generator, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +24,7 @@ from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, PlaceFailed, 
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import JacoArm
 from agent.arm.motion_planner import PlanningScene
-from agent.arm.object_planner import SHORT_APPROACH, ObjectPlan
+from agent.arm.object_planner import ObjectPlan
 from agent.arm.placement_order import bottom_at, precedence
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
@@ -37,14 +36,19 @@ from structdiffusion.geometry import raised, tilt_between, transform_points, tur
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.simulation.world import FALLEN, TABLE, TabletopWorld
 
-HOLDS = ("weld", "friction")
 PICK_ATTEMPTS = 3
 REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
 STALE = 0.003  # m that an object may have moved before the plan around it is made again
+HELD_RISE, HOLDING_SECONDS = 0.03, 0.2  # m that a held object has risen, and s for which it is held there, before it counts
 LARGEST_SLIP, LARGEST_SLIP_ANGLE = 0.03, 0.25  # m, rad while the fingers close: more is no grasp
 ON_TABLE = 0.02  # m: what goes no higher and on no other object goes on the table
 PUSHED = 0.02  # m from its goal: worth another move
 LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
+
+
+def _both_sides(touching: Collection[int]) -> bool:
+    """Return whether the thumb (0) and at least one opposite finger are among `touching`."""
+    return 0 in touching and len(touching) >= 2
 
 
 def build_structure(
@@ -55,7 +59,6 @@ def build_structure(
     *,
     rng: np.random.Generator,
     planning_checks: int = PLANNING_CHECKS,
-    hold: str = "weld",
     rules: PlacementRules = PlacementRules(),
     listeners: BuildListeners = BuildListeners(),
 ) -> Generator[ArmEvent, None, None]:
@@ -67,7 +70,6 @@ def build_structure(
         scene: what was perceived before anything moved.
         arrangements: proposed goals, best first; an object whose motion is the identity stays.
         planning_checks: the most configurations that the search over all arrangements may check.
-        hold: "weld" (see the module's text) or "friction".
         rules: what else is known of the placements.
         listeners: those that follow the build, besides whoever takes its events.
 
@@ -77,19 +79,17 @@ def build_structure(
         placed before and has fallen since. Without `Planned`, nothing was moved.
 
     Raises:
-        ValueError: for an unknown `hold`.
         KeyboardInterrupt: if somebody interrupts it; while the arm is at work, `Stopped` comes first: what was in
             the hand is set down, and the arm folds.
     """
-    if hold not in HOLDS:
-        raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
     with PlanningScene(rng.spawn(1)[0], arm.kinematics, listeners.on_check) as planning:
+        planning.arm.hold_by(arm.hold)
         search = Search(planning, rng, scene.table, rules)
         plans = yield from find_plan(search, scene, arrangements, planning_checks)
         if plans is None:
             return
         rank, steps = plans
-        driver = ArmDriver(world, arm, hold == "weld", listeners.on_step, listeners.log)
+        driver = ArmDriver(world, arm, listeners.on_step, listeners.log)
         builder = _Builder(driver, scene, arrangements[rank], search)
         try:
             builder.begin()
@@ -157,7 +157,7 @@ class _Builder:
 
     def stop(self) -> Stopped:
         """Stop the arm, set down what is in the hand, and fold; after a second stop the arm stays where it is."""
-        index = None if self.driver.holds is None else self.world.bodies.index(self.driver.holds)
+        index = None if self.arm.held is None else self.world.bodies.index(self.arm.held)
         name = "" if index is None else self.scene.objects[index].name
         set_down = False
         try:
@@ -275,14 +275,14 @@ class _Builder:
         slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
         slip_angle = turn_of(before[:3, :3].T @ after[:3, :3])
         reason = "the fingers met no contact on both sides"
-        if 0 in touching and len(touching) >= 2:
+        if _both_sides(touching):
             reason = "it turned or slid while the fingers closed"
             if slip < LARGEST_SLIP and slip_angle < LARGEST_SLIP_ANGLE:
-                if self.driver.welds:
-                    self.driver.weld(body)
+                self.driver.take(body)
                 self.driver.follow(plan.lift, f"lift {name}", CARTESIAN_SPEED)
-                if self.world.pose(plan.object)[2, 3] - after[2, 3] > 0.5 * SHORT_APPROACH:
-                    hold = "weld after contact on both sides" if self.driver.welds else "friction"
+                self.driver.wait(0.0 if self._welds else HOLDING_SECONDS)
+                if self.world.pose(plan.object)[2, 3] - after[2, 3] > HELD_RISE and self._grips(body):
+                    hold = "weld after contact on both sides" if self._welds else "friction"
                     return "", Picked(
                         plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
                     )
@@ -291,6 +291,13 @@ class _Builder:
         self.driver.follow(plan.approach[::-1], "retreat", CARTESIAN_SPEED)
         fold(self.driver, self.search.scene)
         return reason, None
+
+    @property
+    def _welds(self) -> bool:
+        return self.arm.hold == "weld"
+
+    def _grips(self, body: int) -> bool:
+        return self._welds or _both_sides(self.arm.touching(body))
 
     def _place(self, plan: ObjectPlan, name: str) -> None:
         self.driver.follow(plan.transfer, f"transfer {name}")

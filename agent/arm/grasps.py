@@ -21,6 +21,11 @@ from agent.arm.hand_fit import FLAT, FLOOR_CLEARANCE, LATERAL, PALM_CLEARANCE, C
 NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
 PINCH = 0.015  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
 FEWEST_POINTS = 10  # of a cloud that a hand can be fitted to
+# The friction between a finger and a usual object, 0.5, less what its weight takes: fingers that press further outwards
+# slide along it.
+MOST_INCLINE = 0.4
+# m of a hollow object's wall outwards for each m upwards: from shallower ones, as of a plate, the fingers slip off.
+MOST_LEAN = 1.2
 YAWS = 12
 TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
 
@@ -35,6 +40,7 @@ class Grasp:
         opening: finger joint angle, radians, while approaching.
         kind: "across", "flat" or "rim".
         quality: larger is better.
+        incline: the tangent of the angle by which the closing fingers press the object out of the hand.
     """
 
     world_from_ee: np.ndarray
@@ -42,6 +48,7 @@ class Grasp:
     opening: float
     kind: str
     quality: float
+    incline: float = 0.0
 
 
 def hand_pose(point: Sequence[float] | np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
@@ -74,31 +81,32 @@ def is_round(points: np.ndarray) -> bool:
     return bool(extents.max() < 1.12 * extents.min() + 0.002)
 
 
-def grasps_of(points: np.ndarray, support: float = 0.0, limit: int = 60) -> list[Grasp]:
+def grasps_of(points: np.ndarray, support: float = 0.0, friction: bool = False, limit: int = 60) -> list[Grasp]:
     """Return the grasps of one object, best first.
 
     Args:
         points: (P, 3) its partial cloud, world frame, metres.
         support: z of the surface that it stands on.
+        friction: whether they must hold by friction alone.
         limit: the most grasps to return.
     """
     # Rounded, so that rounding does not decide between grasps of the same quality: the first one stays first.
-    return sorted(_grasps(points, support), key=lambda grasp: -round(grasp.quality, 9))[:limit]
+    return sorted(_grasps(points, support, friction), key=lambda grasp: -round(grasp.quality, 9))[:limit]
 
 
 def can_be_grasped(points: np.ndarray, support: float = 0.0) -> bool:
     """Return whether the object has any grasp, as `grasps_of` takes it; stops at the first."""
-    return next(_grasps(points, support), None) is not None
+    return next(_grasps(points, support, False), None) is not None
 
 
-def _grasps(points: np.ndarray, support: float) -> Iterator[Grasp]:
+def _grasps(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
     points = np.asarray(points, dtype=np.float64)
     if len(points) >= FEWEST_POINTS:
-        yield from _across(points, support)
-        yield from _rim(points, support)
+        yield from _across(points, support, friction)
+        yield from _rim(points, support, friction)
 
 
-def _across(points: np.ndarray, support: float) -> Iterator[Grasp]:
+def _across(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
     low, high = np.percentile(points[:, 2], [1, 99])
     top, middle = float(high), np.median(points[:, :2], axis=0)
     corners = np.percentile(points[:, :2], [2, 98], axis=0)
@@ -123,13 +131,17 @@ def _across(points: np.ndarray, support: float) -> Iterator[Grasp]:
             + 3.0 * np.minimum(contacts.depth, 0.05)
             - 1.5 * np.hypot(contacts.across, contacts.along)
         )
-        for k in np.flatnonzero(fitted.fits):
+        fits = fitted.fits
+        if friction:
+            fits = fits & (fitted.incline <= MOST_INCLINE)
+            quality -= 0.5 * np.maximum(fitted.incline, 0.0)
+        for k in np.flatnonzero(fits):
             position = (*(middle + closing * contacts.across[k] + side * fitted.along[k]), fitted.height[k])
             pinch, tilt = PINCH if narrow[k] else 0.0, float(contacts.tilt[k])
             for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
                 turned = hand_pose(position, yaw + turn, tilt if turn == 0.0 else -tilt)
                 turned[:3, 3] -= pinch * turned[:3, 1]
-                yield Grasp(turned, float(fitted.width[k]), float(fitted.opening[k]), kind, float(quality[k]))
+                yield Grasp(turned, float(fitted.width[k]), float(fitted.opening[k]), kind, float(quality[k]), float(fitted.incline[k]))
 
 
 def _contacts(
@@ -160,7 +172,7 @@ def _contacts(
     return Contacts(*places, np.array(sections)), places[1], narrow > 0
 
 
-def _rim(points: np.ndarray, support: float) -> Iterator[Grasp]:
+def _rim(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
     """Yield grasps that pinch the wall of a hollow object at least 9 cm wide, from above."""
     top = float(np.percentile(points[:, 2], 98))
     rim = points[points[:, 2] > top - 0.008]
@@ -184,12 +196,13 @@ def _rim(points: np.ndarray, support: float) -> Iterator[Grasp]:
             continue
         radius = float(np.median(radii[sector]))
         contact = np.array([*(middle + radius * np.array([math.cos(yaw), math.sin(yaw)])), top])
-        depth = min(0.03, hollow + 0.004)
+        depth = min(0.03, hollow - 0.002 if friction else hollow + 0.004)
         # Of the wall only what is near the rim counts: the fingers stop where they touch.
         sideways = np.abs((points[:, :2] - contact[:2]) @ np.array([-math.sin(yaw), math.cos(yaw)]))
         outward = (points[:, :2] - contact[:2]) @ np.array([math.cos(yaw), math.sin(yaw)])
-        wall = points[(sideways < LATERAL) & (np.abs(outward) < 0.012) & (points[:, 2] > top - depth)]
-        if len(wall) < 3:
+        reached = (sideways < LATERAL) & (points[:, 2] > top - depth)
+        wall = points[reached & (np.abs(outward) < 0.012)]
+        if len(wall) < 3 or (friction and _lean(points, outward, reached) > MOST_LEAN):
             continue
         lowest_tip = max(top - depth, support + FLOOR_CLEARANCE)
         for turn in (0.0, math.pi):
@@ -199,3 +212,13 @@ def _rim(points: np.ndarray, support: float) -> Iterator[Grasp]:
                 continue
             opening = 0.8 if radius < 0.07 else 0.65
             yield Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))
+
+
+def _lean(points: np.ndarray, outward: np.ndarray, reached: np.ndarray) -> float:
+    """Return how far a wall leans outwards, m for each m upwards.
+
+    Args:
+        points: (P, 3) the object. outward: (P,) m from the rim. reached: (P,) bool, those between the fingers' heights.
+    """
+    wall = reached & (np.abs(outward) < 0.05)
+    return math.inf if wall.sum() < 5 else float(np.polyfit(points[wall, 2], outward[wall], 1)[0])

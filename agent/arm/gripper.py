@@ -103,16 +103,39 @@ def openings_for(widths: np.ndarray) -> np.ndarray:
     return np.where(passes.any(axis=1), ANGLES[last], np.nan)
 
 
-def contact_angles(widths: np.ndarray) -> np.ndarray:
-    """Return the finger angles (B,) at which closing fingers first touch objects that are `widths` (B, L) wide; NaN
-    where they never do.
+@cache
+def _inclines() -> tuple[np.ndarray, np.ndarray]:
+    """Return how much wider the gap becomes on each side to one of `LEVELS` and from it on (A, L), m/m.
+
+    A corner of the fingers lies where the two differ; the tips end with one.
+    """
+    step = 2 * (LEVELS[1] - LEVELS[0])
+    wider = np.diff(np.where(np.isfinite(gaps()), gaps(), np.nan)) / step
+    before = np.pad(wider, ((0, 0), (1, 0)), constant_values=np.nan)
+    after = np.pad(wider, ((0, 0), (0, 1)), constant_values=np.nan)
+    return np.where(np.isnan(before), after, before), np.where(np.isnan(after), np.inf, after)
+
+
+def contacts(widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where closing fingers first touch objects that are `widths` (B, L) wide.
 
     Zero width means nothing at that level. Fingers that would come down on the object, because
     they reach its level only when they are already closer together than its width, never touch it.
+
+    Returns:
+        The finger angles (B,), NaN where they never touch, and the inclines (B,) of the contacts: the tangent of the
+        angle by which the fingers press the object out of the hand, negative where they draw it in.
     """
     meets = ((gaps() <= widths[:, None]) & (widths > 0.0)[:, None]).any(axis=2)
     first = meets.argmax(axis=1)
     near = np.lib.stride_tricks.sliding_window_view(np.pad(widths, ((0, 0), (3, 3))), 7, axis=1)
     around = near.max(axis=2)  # within 1 cm: few points may be seen at one level
     overlap = np.where(widths > 0.0, around - gaps()[first], -np.inf).max(axis=1)
-    return np.where(meets.any(axis=1) & (overlap <= ONTO), ANGLES[first], np.nan)
+    level = np.where(widths > 0.0, widths - gaps()[first], -np.inf).argmax(axis=1)
+    row, before = np.arange(len(widths)), np.maximum(level - 2, 0)
+    there = widths[row, before]
+    own = (widths[row, level] - there) / (4 * (LEVELS[1] - LEVELS[0]))
+    own = np.where((there > 0.0) & (before < level), own, 0.0)
+    sides = np.sort(np.stack([each[first, level] for each in _inclines()]), axis=0)
+    angles = np.where(meets.any(axis=1) & (overlap <= ONTO), ANGLES[first], np.nan)
+    return angles, np.clip(own, *sides)

@@ -15,7 +15,7 @@ from agent.arm.gripper import (
     ANGLES,
     LEVELS,
     PALM_LEVEL,
-    contact_angles,
+    contacts,
     openings_for,
     reach,
     reaches,
@@ -62,6 +62,7 @@ class Fits:
         along, height: (B,) where the end effector is; across it stands at the contact.
         opening: (B,) the finger angle while approaching.
         width: (B,) of the object between the fingers.
+        incline: (B,) of the contacts, see `agent.arm.gripper.contacts`.
     """
 
     fits: np.ndarray
@@ -69,29 +70,30 @@ class Fits:
     height: np.ndarray
     opening: np.ndarray
     width: np.ndarray
+    incline: np.ndarray
 
 
-def fit_hands(points: np.ndarray, contacts: Contacts, support: float) -> Fits:
+def fit_hands(points: np.ndarray, places: Contacts, support: float) -> Fits:
     """Return for each contact the lowest hand that passes the object with open fingers and then meets it.
 
     Args:
         points: (P, 3) the whole object, as across, along and height; it must stay clear of the palm.
-        contacts: where the B hands come down.
+        places: where the B hands come down.
         support: z of what the object stands on.
     """
-    count = len(contacts.tilt)
-    sine, cosine = np.sin(contacts.tilt), np.cos(contacts.tilt)
-    low = contacts.top - support < FLAT
+    count = len(places.tilt)
+    sine, cosine = np.sin(places.tilt), np.cos(places.tilt)
+    low = places.top - support < FLAT
     clearance = np.where(low, FLAT_SIDE_CLEARANCE, SIDE_CLEARANCE)
     farthest = np.full(count, reach(0.0, float(ANGLES[-1])))
     fits = np.zeros(count, dtype=bool)
-    along, height, opening, width = (np.zeros(count) for _ in range(4))
-    sideways = points[:, 0] - contacts.across[:, None]
+    along, height, opening, width, incline = (np.zeros(count) for _ in range(5))
+    sideways = points[:, 0] - places.across[:, None]
     waiting = np.arange(count)
     for attempt in range(_LIFTS):
-        down = contacts.depth - _LIFT * attempt - 0.040
-        along[waiting] = contacts.along[waiting] + (sine * down)[waiting]
-        height[waiting] = contacts.top[waiting] - (cosine * down)[waiting]
+        down = places.depth - _LIFT * attempt - 0.040
+        along[waiting] = places.along[waiting] + (sine * down)[waiting]
+        height[waiting] = places.top[waiting] - (cosine * down)[waiting]
         trying = waiting
         # How low the fingers reach depends on how far they close, and that on the height: flat things are met twice.
         for last in (False, True):
@@ -102,12 +104,12 @@ def fit_hands(points: np.ndarray, contacts: Contacts, support: float) -> Fits:
             levels -= cosine[trying, None] * (points[:, 2] - height[trying, None])
             free = _clear_of_palm(levels, np.abs(sideways[trying]) < _PALM_WIDTH)
             trying, levels = trying[free], levels[free]
-            passing, there = _widths(levels, sideways[trying], contacts.section[trying], clearance[trying])
-            open_to, closed_to = openings_for(passing), contact_angles(there)
+            passing, there = _widths(levels, sideways[trying], places.section[trying], clearance[trying])
+            open_to, (closed_to, inclined) = openings_for(passing), contacts(there)
             # A comparison with NaN is false: no opening passes, or the closing fingers never meet the object.
             good = (closed_to >= open_to) & (there.max(axis=1) <= WIDEST)
             trying, there, open_to, closed_to = trying[good], there[good], open_to[good], closed_to[good]
-            opening[trying], width[trying] = open_to, there.max(axis=1)
+            opening[trying], width[trying], incline[trying] = open_to, there.max(axis=1), inclined[good]
             lower = farthest[trying] - reaches(open_to, closed_to)
             done = ~low[trying] | (lower < _LEVEL) | last
             fits[trying[done]] = True
@@ -119,7 +121,7 @@ def fit_hands(points: np.ndarray, contacts: Contacts, support: float) -> Fits:
         waiting = waiting[~fits[waiting]]
         if not len(waiting):
             break
-    return Fits(fits, along, height, opening, width)
+    return Fits(fits, along, height, opening, width, incline)
 
 
 def _clear_of_palm(levels: np.ndarray, under: np.ndarray) -> np.ndarray:

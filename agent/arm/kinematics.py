@@ -20,6 +20,7 @@ from agent.arm.arm_model import (
     DEFAULT_MODEL,
     END_EFFECTOR,
     FINGER_EFFORT,
+    FINGER_INERTIA,
     FINGER_OPEN,
     FINGER_TIPS,
     FINGERS,
@@ -30,6 +31,8 @@ from agent.arm.arm_model import (
 from structdiffusion.geometry import pose_from_position_quaternion, quaternion_from_matrix
 
 LOWERED = 0.01  # m below the table
+HOLDS = ("weld", "friction")
+WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +183,8 @@ class JacoArm:
         kinematics: as given.
         body: PyBullet body id. joints: the n arm joints. fingers, tips: 3 joints each.
         end_effector, hand: link indices. finger_links: links that may touch an object.
-        weld: the constraint that holds an object in the hand, and its body; `None` while it is empty.
+        hold: one of `HOLDS`, how the hand holds objects.
+        held: the body that is in the hand, as far as known; `None` while it is empty.
         set_point, finger_set_point: (n,) and (3,) rad, what the motors were commanded last.
         wound: (n,) rad, the whole turns by which a real arm's joints are wound beyond the simulated ones.
     """
@@ -205,7 +209,9 @@ class JacoArm:
         self.tips = [index[name] for name in FINGER_TIPS]
         self.hand, self.end_effector = self.joints[-1], index[END_EFFECTOR]
         self.finger_links = frozenset(self.fingers + self.tips)
-        self.weld: tuple[int, int] | None = None
+        self.hold = "weld"
+        self.held: int | None = None
+        self._weld: int | None = None
         for link in self.finger_links:
             # Rubber-like pads, as on the real fingers; and spinning friction, so that thin things do not turn.
             pybullet.changeDynamics(
@@ -240,11 +246,40 @@ class JacoArm:
         if fingers is not None:
             self.command_fingers(fingers)
 
+    def hold_by(self, hold: str) -> None:
+        """Hold objects from now on by "friction" alone, or by a "weld" to the hand after contact on both sides.
+
+        Raises:
+            ValueError: for another value.
+        """
+        if hold not in HOLDS:
+            raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
+        self.hold = hold
+        for link in self.finger_links if hold == "friction" else ():
+            inertia = [FINGER_INERTIA] * 3
+            pybullet.changeDynamics(self.body, link, localInertiaDiagonal=inertia, physicsClientId=self.client)
+
+    def take(self, body: int) -> None:
+        """Declare that `body` is in the hand; by a weld, it is joined to it in its present pose."""
+        self.held = body
+        if self.hold != "weld":
+            return
+        position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=self.client)
+        state = pybullet.getLinkState(self.body, self.hand, physicsClientId=self.client)
+        in_hand = pybullet.multiplyTransforms(*pybullet.invertTransform(state[0], state[1]), position, quaternion)
+        self._weld = pybullet.createConstraint(
+            self.body, self.hand, body, -1, pybullet.JOINT_FIXED, [0, 0, 0], in_hand[0], [0, 0, 0], in_hand[1],
+            physicsClientId=self.client,
+        )  # fmt: skip
+        pybullet.changeConstraint(self._weld, maxForce=WELD_FORCE, physicsClientId=self.client)
+        self.command_fingers(list(self.finger_angles()))
+
     def drop(self) -> None:
-        """End the weld at once; the object in the hand falls."""
-        if self.weld is not None:
-            pybullet.removeConstraint(self.weld[0], physicsClientId=self.client)
-            self.weld = None
+        """Declare the hand empty, and end the weld if there is one."""
+        self.held = None
+        if self._weld is not None:
+            pybullet.removeConstraint(self._weld, physicsClientId=self.client)
+            self._weld = None
 
     def command(self, q: np.ndarray) -> None:
         """Let the position motors drive the arm joints towards q (n,)."""
@@ -261,15 +296,17 @@ class JacoArm:
             physicsClientId=self.client,
         )
 
-    def command_fingers(self, angles: Sequence[float], effort: float = FINGER_EFFORT) -> None:
-        """Let the finger motors drive the three fingers towards `angles`; the tips, passive on the real hand, stay."""
+    def command_fingers(self, angles: Sequence[float], efforts: Sequence[float] = (FINGER_EFFORT,) * 3) -> None:
+        """Let the finger motors drive the three fingers towards `angles` with `efforts`, Nm; the tips, passive on the
+        real hand, stay.
+        """
         self.finger_set_point = np.array(angles, dtype=np.float64)
         pybullet.setJointMotorControlArray(
             self.body,
             self.fingers + self.tips,
             pybullet.POSITION_CONTROL,
             targetPositions=list(angles) + [0.0] * 3,
-            forces=[effort] * 3 + [FINGER_EFFORT] * 3,
+            forces=[*efforts] + [FINGER_EFFORT] * 3,
             positionGains=[0.1] * 6,
             velocityGains=[1.0] * 6,
             physicsClientId=self.client,

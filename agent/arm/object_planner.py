@@ -147,7 +147,7 @@ class ObjectPlanner:
         for standing in known:
             if standing.bottom == bottom and np.array_equal(standing.cloud, cloud):
                 return standing
-        known.append(Standing(cloud, bottom))
+        known.append(Standing(cloud, bottom, self.scene.arm.hold == "friction"))
         return known[-1]
 
     def loosen(self, loose: bool) -> None:

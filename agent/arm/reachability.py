@@ -70,12 +70,13 @@ class Standing:
 
     Attributes:
         cloud: (P, 3). bottom: z of the surface that it stands on.
+        friction: whether the grasps must hold by friction alone.
         picks: block by block of the grasps. pairs: likewise, for each goal and release height.
         reaches: the lines from each pick.
     """
 
-    def __init__(self, cloud: np.ndarray, bottom: float) -> None:
-        self.cloud, self.bottom = cloud, bottom
+    def __init__(self, cloud: np.ndarray, bottom: float, friction: bool = False) -> None:
+        self.cloud, self.bottom, self.friction = cloud, bottom, friction
         self.picks: list[list[Pick]] = []
         self.pairs: dict[tuple[bytes, float], list[list[Pair]]] = {}
         self.reaches: dict[Pick, Reach] = {}
@@ -93,7 +94,7 @@ class Standing:
     @cached_property
     def grasps(self) -> list[Grasp]:
         """Return its grasps, best first."""
-        return grasps_of(self.cloud, self.bottom)
+        return grasps_of(self.cloud, self.bottom, self.friction)
 
 
 class Reachability:

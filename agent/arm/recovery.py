@@ -96,11 +96,11 @@ def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
 
 def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:
     """Empty the hand and fold the arm after its final stop; return whether anything had to be done."""
-    if arm.weld is None and is_folded(arm):
+    if arm.held is None and is_folded(arm):
         return False
-    driver = ArmDriver(world, arm, weld=True)
-    if driver.holds is not None:
-        set_down_below(driver, world.bodies.index(driver.holds))
+    driver = ArmDriver(world, arm)
+    if arm.held is not None:
+        set_down_below(driver, world.bodies.index(arm.held))
     withdraw(driver)
     with PlanningScene(rng, arm.kinematics) as scene:
         fold(driver, scene)

@@ -266,6 +266,8 @@ def fingerprint(text: str, options: RunOptions) -> str:
     decides = json_value(asdict(options)) | {"text": text}
     if not options.allow_unverified:  # as before there was a choice
         del decides["allow_unverified"]
+    if options.hold == "weld":  # likewise
+        del decides["hold"]
     del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():

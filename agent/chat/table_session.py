@@ -60,7 +60,9 @@ class TableSession:
 
     def _set_out(self, options: RunOptions) -> tuple[SceneSource, TableScene]:
         source = self._cache.source(options.scene, options.objects, options.recorded)
-        return source, source.set_out(options.seed)
+        table = source.set_out(options.seed)
+        table.arm.hold_by(options.hold)
+        return source, table
 
     def _fresh(self) -> Situation:
         viewpoint = self.options.reading.viewpoint

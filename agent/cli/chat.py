@@ -15,6 +15,8 @@ from agent.cli.options import (
     CameraPoseOption,
     DepthUnitOption,
     ForceOutOption,
+    Hold,
+    HoldOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -66,6 +68,7 @@ def chat(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
+    hold: HoldOption = Hold.weld,
 ) -> None:
     """Talk with the agent about one table.
 
@@ -87,7 +90,7 @@ def chat(
         from agent.chat.run import run_chat
         from agent.pipeline.run import RunOptions
 
-        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
+        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
         session = folder / "session.jsonl"
         code = run_chat(options, console, session, sys.stdin, yes, viewer)
     print(f"session: {session}", file=sys.stderr)

@@ -36,6 +36,13 @@ class Viewpoint(str, Enum):
     opposite = "opposite"
 
 
+class Hold(str, Enum):
+    """The ways in which the hand holds objects."""
+
+    weld = "weld"
+    friction = "friction"
+
+
 def _known_model(name: str) -> str:
     """Check the name of a planner before anything is loaded.
 
@@ -111,6 +118,12 @@ WeightsOption = Annotated[
 ]
 UnverifiedOption = Annotated[
     bool, typer.Option("--allow-unverified", help="Use networks whose files differ from their model cards.")
+]
+HoldOption = Annotated[
+    Hold,
+    typer.Option(
+        help="How the hand holds objects: joined to it after contact on both sides, or by the fingers' friction alone."
+    ),
 ]
 _SOURCES = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 PoolOption = Annotated[

@@ -28,6 +28,7 @@ _OF_THE_MACHINE = {
     ("evaluate recordings", "workers"): "the number of cores",
     ("evaluate completion", "workers"): "the number of cores",
     ("evaluate segmentation", "workers"): "the number of cores",
+    ("evaluate picks", "workers"): "the number of cores",
     ("evaluate nouns", "workers"): "the number of cores",
     ("evaluate language", "workers"): "the number of cores",
     ("evaluate coverage", "workers"): "the number of cores",

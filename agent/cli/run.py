@@ -17,6 +17,8 @@ from agent.cli.options import (
     CameraPoseOption,
     DepthUnitOption,
     ForceOutOption,
+    Hold,
+    HoldOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -84,6 +86,7 @@ def run(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
+    hold: HoldOption = Hold.weld,
     export_trajectory: Annotated[
         list[Path] | None,
         typer.Option(
@@ -117,7 +120,7 @@ def run(
         for path in trajectories:
             check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
+    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
     with folder_or_new(out, f"seed{seed}") as folder:
         outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
     if outcome["exit_code"] != DONE:

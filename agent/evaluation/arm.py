@@ -59,6 +59,7 @@ def measure_arm(
     workers: int | None = None,
     out: Path | None = None,
     allow_unverified: bool = False,
+    hold: str = "weld",
 ) -> Row:
     """Measure found plans and standing structures over `count` scenes of each structure; return a JSON-ready report.
 
@@ -73,6 +74,7 @@ def measure_arm(
         out: folder that stores the rows as they come: the same command resumes an evaluation that was stopped, and
             another one may add scenes. `None` stores nothing.
         allow_unverified: use checkpoints that differ from their model cards.
+        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
 
     Raises:
         UsageError: for an unknown planner, or a folder of another evaluation.
@@ -84,20 +86,22 @@ def measure_arm(
     checked_planner(model, weights, allow_unverified)
     library = load_objects(objects)
     options = {"objects": objects, "model": model, "seed": seed, "candidates": candidates}
+    if hold != "weld":  # as before there was a choice
+        options["hold"] = hold
     config = {"evaluation": "arm"} | fingerprint(options, library, [model], weights, (agent.arm,))
 
     def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
         scenes, lost = draw_scenes(force, library, missing, seed)
         scenes = with_sentences(scenes, parsed=model in SENTENCE_PLANNERS)
         load = partial(checked_planner, model, weights, allow_unverified)
-        return chain(lost, force.do(partial(_build_scene, candidates), load, (), scenes))
+        return chain(lost, force.do(partial(_build_scene, candidates, hold), load, (), scenes))
 
     rows = stored_scene_rows(
         compute, config, count, seed, what="scenes built", files=(REPORT,), workers=workers, out=out
     )
     command = command_line(
         "arm", objects=objects, scenes=count, seed=seed, model=model, weights=weights, candidates=candidates,
-        allow_unverified=allow_unverified,
+        allow_unverified=allow_unverified, hold=hold if hold != "weld" else None,
     )  # fmt: skip
     return report_by_structure(report_frame(command, len(rows), seed, (agent.arm,)), rows, _rates)
 
@@ -115,7 +119,7 @@ def print_arm(report: dict[str, Any], results: TextIO) -> None:
     print_footer(report, results, missing_note(lost, "scene"))
 
 
-def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> Row:
+def _build_scene(candidates: int, hold: str, planner: Planner, scene: EvaluationScene) -> Row:
     """Observe, plan, build and judge one scene; return its row."""
     drawn, started = scene.drawn, time.perf_counter()
     row: Row = {
@@ -133,6 +137,7 @@ def _build_scene(candidates: int, planner: Planner, scene: EvaluationScene) -> R
     generator = torch.Generator().manual_seed(scene.seed)
     with TabletopWorld(drawn.models, drawn.world_from_initial, drawn.table) as world:
         arm = JacoArm(world.client)
+        arm.hold_by(hold)
         observed = world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
         initial = np.array(world.poses()[: drawn.count])
         try:

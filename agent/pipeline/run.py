@@ -56,6 +56,7 @@ class RunOptions:
         reading: how the instruction is read.
         recorded: how a recording is taken.
         allow_unverified: take checkpoints that are not what their cards say.
+        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
     """
 
     scene: str = "simulated"
@@ -67,6 +68,7 @@ class RunOptions:
     reading: ReadingOptions = ReadingOptions()
     recorded: RecordedOptions = RecordedOptions()
     allow_unverified: bool = False
+    hold: str = "weld"
 
 
 def run_instruction(
@@ -149,6 +151,7 @@ class _Run:
         planner = cache.planner(options.model, options.weights, options.allow_unverified)
         self.step, began = "scene", time.perf_counter() - opening
         with source.open(goal, options.seed) as table:
+            table.arm.hold_by(options.hold)
             if self.on_table is not None:
                 self.on_table(table)
             if planned_as_structure(spec):

@@ -245,7 +245,7 @@ class TableScene:
     @property
     def held(self) -> str | None:
         """Return the name of the object in the hand; between builds it is only held after the arm's final stop."""
-        return None if self.arm.weld is None else self.names[self.world.bodies.index(self.arm.weld[1])]
+        return None if self.arm.held is None else self.names[self.world.bodies.index(self.arm.held)]
 
     @property
     def tidy(self) -> bool:
@@ -253,7 +253,7 @@ class TableScene:
         start.
         """
         stands = np.abs(self.arm.configuration() - self._stood).max() < AT_HOME
-        return self.arm.weld is None and (bool(stands) or is_folded(self.arm))
+        return self.arm.held is None and (bool(stands) or is_folded(self.arm))
 
     def tidy_up(self) -> bool:
         """Let the arm set down what it holds and fold after its final stop; return whether that was necessary."""

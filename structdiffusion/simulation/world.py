@@ -167,6 +167,10 @@ class TabletopWorld:
         frames = [pybullet.getBasePositionAndOrientation(body, **self._here) for body in self.bodies]
         return np.array([position for position, _ in frames]).reshape(-1, 3)
 
+    def refine(self, iterations: int) -> None:
+        """Let the engine's solver take so many iterations a step from now on."""
+        pybullet.setPhysicsEngineParameter(numSolverIterations=iterations, **self._here)
+
     def step(self, seconds: float) -> None:
         """Run physics for `seconds`, rounded to whole steps of 1/240 s, at least one."""
         for _ in range(max(1, round(seconds / TIME_STEP))):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import typer
 
-from agent.cli.evaluate.components import ON_SCENES, coverage, discriminators, evaluate_on_scenes, segmentation
+from agent.cli.evaluate.components import ON_SCENES, coverage, discriminators, evaluate_on_scenes, picks, segmentation
 from agent.cli.evaluate.goals import goals
 from agent.cli.evaluate.language import language, parse
 from agent.cli.evaluate.latency import chat
@@ -29,7 +29,7 @@ def _add(*commands: Callable[..., None]) -> None:
         evaluate_app.command(command.__name__)(command)
 
 
-_add(success, goals, arm, recordings, segmentation)
+_add(success, goals, arm, picks, recordings, segmentation)
 for _name, _help in ON_SCENES.items():
     evaluate_app.command(_name, help=_help)(evaluate_on_scenes)
 _add(parse, language, discriminators, coverage, chat)

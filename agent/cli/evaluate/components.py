@@ -1,5 +1,5 @@
-"""Evaluate single parts of the pipeline: `structagent evaluate completion`, `nouns`, `segmentation`, `discriminators`
-and `coverage`.
+"""Evaluate single parts of the pipeline: `structagent evaluate completion`, `nouns`, `segmentation`, `picks`,
+`discriminators` and `coverage`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,16 @@ from typing import Annotated
 import typer
 
 from agent.cli.evaluate.options import ProcessesOption, ReportOption, ScenesOption, finish
-from agent.cli.options import JsonOption, ModelOption, ObjectsOption, SeedOption, UnverifiedOption, WeightsOption
+from agent.cli.options import (
+    Hold,
+    HoldOption,
+    JsonOption,
+    ModelOption,
+    ObjectsOption,
+    SeedOption,
+    UnverifiedOption,
+    WeightsOption,
+)
 from agent.runtime.output_paths import check_file
 from agent.runtime.stdio import import_pybullet_silently
 
@@ -106,6 +115,29 @@ def segmentation(
 
     measure = partial(measure_segmentation, data, part.value, scenes, seed, workers, method.value, printed)
     finish(measure, print_segmentation, out, json_output)
+
+
+def picks(
+    objects: ObjectsOption = "training",
+    picks: Annotated[int, typer.Option(metavar="N", min=1, help="Number of picks, of objects in turn.")] = 100,
+    hold: HoldOption = Hold.friction,
+    seed: SeedOption = 0,
+    workers: ProcessesOption = _CORES,
+    out: ReportOption = None,
+    json_output: JsonOption = False,
+) -> None:
+    """Measure how well the hand holds single objects.
+
+    Each object is taken from one side of the table to the other, turned, and let go. Objects for which there is no grasp
+    are left out before anything moves, and named.
+
+    Example: structagent evaluate picks --objects training --picks 200 --hold friction
+    """
+    check_file(out)
+    import_pybullet_silently()
+    from agent.evaluation.picks import measure_picks, print_picks
+
+    finish(partial(measure_picks, objects, picks, seed, hold.value, workers), print_picks, out, json_output)
 
 
 def discriminators(

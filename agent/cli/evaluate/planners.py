@@ -12,6 +12,8 @@ import typer
 from agent.cli.evaluate.options import CandidatesOption, RowsOption, ScenesOption, finish
 from agent.cli.options import (
     ForceOutOption,
+    Hold,
+    HoldOption,
     JsonOption,
     ModelOption,
     ModelsOption,
@@ -116,6 +118,7 @@ def arm(
     scenes: ScenesOption = 5,
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
+    hold: HoldOption = Hold.weld,
     workers: PoolOption = None,
     out: RowsOption = None,
     force: ForceOutOption = False,
@@ -136,7 +139,7 @@ def arm(
     from agent.evaluation.arm import measure_arm, print_arm
     from agent.evaluation.report import write_evaluation
 
-    options = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
+    options = {"workers": workers, "out": out, "allow_unverified": allow_unverified, "hold": hold.value}
     measure = partial(measure_arm, objects, model, weights, scenes, seed, candidates, **options)
     finish(measure, print_arm, out, json_output, write_evaluation)
 

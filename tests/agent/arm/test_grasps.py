@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from agent.arm.grasps import grasps_of, hand_pose, is_round
+from agent.arm.grasps import MOST_INCLINE, grasps_of, hand_pose, is_round
 
 
 def top_of_box(size, center=(0.45, 0.0), count=800):
@@ -52,6 +52,16 @@ def test_cutlery_is_straddled():
     grasps = grasps_of(top_of_box((0.02, 0.18, 0.012)))
     assert grasps and grasps[0].kind == "flat"
     assert abs(grasps[0].world_from_ee[0, 0]) > 0.9
+
+
+def test_by_friction_only_steep_walls_and_narrow_sides_are_taken():
+    plate, bowl = ring(0.12, 0.025, 0.015), ring(0.08, 0.06, 0.045)
+    assert grasps_of(plate) and not grasps_of(plate, friction=True)
+    assert {grasp.kind for grasp in grasps_of(bowl, friction=True)} == {"rim"}
+    wide, narrow = top_of_box((0.13, 0.13, 0.12)), top_of_box((0.06, 0.13, 0.12))
+    assert grasps_of(wide) and not grasps_of(wide, friction=True)
+    held = grasps_of(narrow, friction=True)
+    assert held and max(grasp.incline for grasp in held) <= MOST_INCLINE < max(g.incline for g in grasps_of(wide))
 
 
 def test_a_plate_is_taken_by_its_rim():

@@ -145,4 +145,18 @@ def test_the_hand_closes_monotonically_near_the_tips():
     closing = gaps[np.isfinite(gaps)]
     assert (np.diff(closing) < 0).all() and closing[0] > 0.15
     assert np.isnan(gripper.openings_for(np.full((1, len(gripper.LEVELS)), 0.3))).all()
-    assert np.isnan(gripper.contact_angles(np.zeros((1, len(gripper.LEVELS))))).all()
+    assert np.isnan(gripper.contacts(np.zeros((1, len(gripper.LEVELS))))[0]).all()
+
+
+def test_wide_things_are_pressed_out_of_the_open_hand():
+    """The fingers of the open hand stand apart towards their tips, those of the closed hand lean together."""
+    there = gripper.LEVELS > 0.0
+    widths = np.where(there, np.array([[0.14], [0.10], [0.06], [0.03]]), 0.0)
+    angles, inclines = gripper.contacts(widths)
+    assert (np.diff(angles) > 0).all()
+    assert inclines[0] > 0.6 and 0.2 < inclines[1] < 0.6 and inclines[2] < 0.2 and inclines[3] <= 0.0
+
+
+def test_an_unknown_way_to_hold(client):
+    with pytest.raises(ValueError, match="weld, friction"):
+        JacoArm(client).hold_by("glue")

@@ -113,7 +113,7 @@ def test_a_closed_hand_opens_where_it_must():
     state = recorded(*HOME, **dict.fromkeys(FINGERS, 1.4))
     models, poses = [procedural_object("block", 1)], pose_from_xyz_yaw(0.5, -0.3, 0.0, 0.0)[None]
     with TableScene(models, poses, 1, np.random.default_rng(0), Workcell(arm=state)) as table:
-        driver = ArmDriver(table.world, table.arm, weld=True)
+        driver = ArmDriver(table.world, table.arm)
         with PlanningScene(np.random.default_rng(0), table.arm.kinematics) as scene:
             leave_start(driver, scene)
         assert is_folded(table.arm)

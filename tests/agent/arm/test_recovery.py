@@ -144,10 +144,10 @@ def test_what_a_second_stop_left_in_the_hand_is_set_down_by_tidying_up(bench):
     bench.when = [lambda: bench.height > 0.1, lambda: bench.height < 0.09]
     with pytest.raises(KeyboardInterrupt):
         bench.build()
-    assert bench.arm.weld is not None and bench.arm.weld[1] == bench.body
+    assert bench.arm.held == bench.body
     assert bench.height > 0.02 and not is_folded(bench.arm)
     assert tidy_up(bench.world, bench.arm, np.random.default_rng(0))
-    assert bench.arm.weld is None and is_folded(bench.arm) and bench.stands()
+    assert bench.arm.held is None and is_folded(bench.arm) and bench.stands()
     tidy = bench.arm.configuration()
     assert not tidy_up(bench.world, bench.arm, np.random.default_rng(0))  # nothing is left to do, and nothing moves
     np.testing.assert_array_equal(bench.arm.configuration(), tidy)
@@ -200,7 +200,7 @@ def test_the_hand_withdraws_against_the_way_it_points_then_up(bench):
     bench.arm.teleport(q)
     bench.arm.command(q)
     before = bench.arm.world_from_ee()
-    withdraw(ArmDriver(bench.world, bench.arm, True))
+    withdraw(ArmDriver(bench.world, bench.arm))
     after = bench.arm.world_from_ee()
     expected = before[:3, 3] - WITHDRAWAL * before[:3, 2] + (0.0, 0.0, WITHDRAWAL)
     assert np.linalg.norm(after[:3, 3] - expected) < 0.01

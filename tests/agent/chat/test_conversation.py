@@ -191,11 +191,11 @@ def test_a_second_stop_is_tidied_up_before_the_next_look(conversation, sent):
     conversation.listeners = [SimpleNamespace(on_event=interrupt_twice)]
     assert not conversation.go()
     (stopped,) = of(sent, Stopped)
-    assert not stopped.folded and conversation.table.arm.weld is not None
+    assert not stopped.folded and conversation.table.arm.held is not None
     conversation.listeners = [sent]
     assert conversation.again()
     assert "the arm emptied its hand and folded" in [event.message for event in of(sent, events.Noted)]
-    assert conversation.table.arm.weld is None
+    assert conversation.table.arm.held is None
     assert conversation.go(), of(sent, events.Failed)
 
 

@@ -16,7 +16,7 @@ from structdiffusion.planners.geometric import GeometricPlanner
 def test_a_scene_is_built_and_judged():
     models = [model for model in load_objects("ycb") if model.category in ("cup", "can")]
     scenes = with_sentences(list(draw_evaluation_scenes(models, 1, shapes=("line",), seed=2)), parsed=False)
-    row = partial(_build_scene, 8)(GeometricPlanner(), scenes[0])
+    row = partial(_build_scene, 8, "weld")(GeometricPlanner(), scenes[0])
     assert row["structure"] == "line" and row["words"]
     # Whatever the arm achieves, the row may not claim more than happened.
     assert row["planned"] or row["trouble"]
@@ -25,23 +25,23 @@ def test_a_scene_is_built_and_judged():
     assert _rates([row])["stands"]["count"] == int(row["stands"])
 
 
-def quick(candidates, planner, scene):
+def quick(candidates, hold, planner, scene):
     """A scene that is built in no time."""
     about = {"structure": scene.structure, "number": scene.number, "seed": scene.seed}
     return about | {"planned": True, "stands": scene.structure != "tower", "seconds": 2.0}
 
 
-def quick_but_for_lines(candidates, planner, scene):
+def quick_but_for_lines(candidates, hold, planner, scene):
     """Takes its worker along where a line is to be built."""
     if scene.structure == "line":
         os._exit(9)
-    return quick(candidates, planner, scene)
+    return quick(candidates, hold, planner, scene)
 
 
-def only_lines(candidates, planner, scene):
+def only_lines(candidates, hold, planner, scene):
     if scene.structure != "line":
         raise AssertionError("what is there is not built again")
-    return quick(candidates, planner, scene)
+    return quick(candidates, hold, planner, scene)
 
 
 def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(objects, tmp_path, monkeypatch, capsys):

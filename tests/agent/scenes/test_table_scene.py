@@ -154,8 +154,8 @@ def test_putting_back_names_what_had_moved_and_folds_the_arm(stacked):
 def test_putting_back_takes_what_the_arm_holds_out_of_its_hand(stacked):
     before = stacked.poses()
     stacked.world.set_pose(1, pose_from_xyz_yaw(0.3, 0.0, 0.2, 0.0))
-    ArmDriver(stacked.world, stacked.arm, weld=True).weld(stacked.world.bodies[1])
-    assert stacked.put_back(before) == ("block 2",) and stacked.arm.weld is None
+    ArmDriver(stacked.world, stacked.arm).take(stacked.world.bodies[1])
+    assert stacked.put_back(before) == ("block 2",) and stacked.arm.held is None
     stacked.arm.command(FOLDED + 0.3)  # a hand that still held it would take it along
     stacked.world.step(1.0)
     assert np.abs(stacked.arm.configuration() - FOLDED).max() > 0.2
