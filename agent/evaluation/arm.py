@@ -85,9 +85,7 @@ def measure_arm(
     """
     checked_planner(model, weights, allow_unverified)
     library = load_objects(objects)
-    options = {"objects": objects, "model": model, "seed": seed, "candidates": candidates}
-    if hold != "weld":  # as before there was a choice
-        options["hold"] = hold
+    options = {"objects": objects, "model": model, "seed": seed, "candidates": candidates, "hold": hold}
     config = {"evaluation": "arm"} | fingerprint(options, library, [model], weights, (agent.arm,))
 
     def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
@@ -101,7 +99,7 @@ def measure_arm(
     )
     command = command_line(
         "arm", objects=objects, scenes=count, seed=seed, model=model, weights=weights, candidates=candidates,
-        allow_unverified=allow_unverified, hold=hold if hold != "weld" else None,
+        allow_unverified=allow_unverified, hold=hold,
     )  # fmt: skip
     return report_by_structure(report_frame(command, len(rows), seed, (agent.arm,)), rows, _rates)
 

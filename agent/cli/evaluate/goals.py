@@ -10,6 +10,8 @@ import typer
 from agent.cli.evaluate.options import CandidatesOption, RowsOption, finish
 from agent.cli.options import (
     ForceOutOption,
+    Hold,
+    HoldOption,
     JsonOption,
     ModelsOption,
     ObjectsOption,
@@ -36,6 +38,7 @@ def goals(
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
     arm: Annotated[bool, typer.Option("--arm", help="Build with the arm too.")] = False,
+    hold: HoldOption = Hold.weld,
     disturbed: Annotated[
         bool,
         typer.Option("--disturbed", help="Judge the reference arrangements with every object moved by 4 cm, too."),
@@ -66,7 +69,7 @@ def goals(
     from agent.evaluation.goals.report import print_goals
     from agent.evaluation.report import write_evaluation
 
-    config = GoalsConfig(objects, weights, seed, candidates, allow_unverified, arm)
+    config = GoalsConfig(objects, weights, seed, candidates, allow_unverified, arm, hold.value)
     options = {"disturbed": disturbed, "workers": workers, "out": out}
     measure = partial(measure_goals, config, model or ["diffusion"], family, scenes, **options)
     finish(measure, print_goals, out, json_output, write_evaluation)

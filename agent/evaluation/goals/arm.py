@@ -22,13 +22,16 @@ from structdiffusion.simulation.world import TabletopWorld
 Row = dict[str, Any]
 
 
-def build_goal_scene(scene: GoalScene, observed: Scene, arrangements: Sequence[GoalArrangement]) -> Row:
+def build_goal_scene(
+    scene: GoalScene, observed: Scene, arrangements: Sequence[GoalArrangement], hold: str = "weld"
+) -> Row:
     """Build the first arrangement with a plan and check the result; return JSON values.
 
     Args:
         scene: the scene.
         observed: the observation of it.
         arrangements: best first.
+        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
 
     Returns:
         "planned"; "to_place" and "placed", numbers of objects; "rank" of the arrangement that was built, from 1;
@@ -48,7 +51,9 @@ def build_goal_scene(scene: GoalScene, observed: Scene, arrangements: Sequence[G
     with TabletopWorld(scene.models, list(scene.world_from_initial), scene.table) as world:
         world.reorder(order)
         names = [scene.names[index] for index in order]
-        work = build_structure(world, JacoArm(world.client), part, choices, rng=rng, rules=wanted.placement_rules(part))
+        arm = JacoArm(world.client)
+        arm.hold_by(hold)
+        work = build_structure(world, arm, part, choices, rng=rng, rules=wanted.placement_rules(part))
         rank, placed = record_build(work, row)
         motions = choices[rank].goal_from_initial
         moved = moving(motions)

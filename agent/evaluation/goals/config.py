@@ -22,9 +22,11 @@ class GoalsConfig(PlannerConfig):
 
     Attributes:
         arm: also build with the arm if the arrangement stands without it.
+        hold: how its hand holds objects, one of `agent.arm.kinematics.HOLDS`.
     """
 
     arm: bool = False
+    hold: str = "weld"
 
     def command(self, models: Sequence[str], families: Sequence[str], scenes: int) -> str:
         """Return the command that makes these rows; `models` may include "disturbed reference"."""
@@ -33,7 +35,8 @@ class GoalsConfig(PlannerConfig):
             "goals", objects=self.objects, scenes=scenes, seed=self.seed, model=planners,
             disturbed=len(planners) < len(models),
             family=None if tuple(families) == tuple(FAMILIES) else list(families), weights=self.weights,
-            candidates=self.candidates, arm=self.arm, allow_unverified=self.allow_unverified,
+            candidates=self.candidates, arm=self.arm, hold=self.hold if self.arm else None,
+            allow_unverified=self.allow_unverified,
         )  # fmt: skip
 
     def fingerprint(self, library: Sequence[ObjectModel], models: Sequence[str]) -> dict[str, Any]:

@@ -137,7 +137,7 @@ def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
             continue
         row, observed, arrangements = solve_goal_scene(loaded.planner(name, config), scene, config.candidates)
         if config.arm:
-            row["arm"] = build_goal_scene(scene, observed, arrangements)
+            row["arm"] = build_goal_scene(scene, observed, arrangements, config.hold)
         rows.append({"model": name, **row})
     return rows
 
