@@ -14,6 +14,7 @@ LAYERS = (
         "grounding.atomic_files",
         "grounding.instruction_files",
         "grounding.linear_algebra",
+        "grounding.packed_weights",
         "grounding.structure_words",
         "grounding.untrusted_files",
     ),

@@ -11,7 +11,7 @@ from typing import Any
 
 from agent.errors import BadInput
 from agent.model_cards.catalogue import Network, planners_of
-from grounding.goal_network.weight_differences import CODES, STEP
+from grounding.packed_weights import CODES, STEP
 from grounding.spec import SHAPES
 from grounding.untrusted_files import check_weights, read_json, read_regular
 from structdiffusion.limits import WEIGHTS_BYTES

@@ -16,9 +16,9 @@ from safetensors.numpy import load_file
 from grounding.goal_network.decoder import POSITIONS, GoalDecoder, Writing
 from grounding.goal_network.legal_actions import Legal, legal_actions
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, MOST_WORDS, START, Action, keyword
-from grounding.goal_network.weight_differences import unpacked
 from grounding.goal_network.word_presence import word_presence
 from grounding.linear_algebra import one_thread
+from grounding.packed_weights import unpacked
 from grounding.parsers.embedding import WEIGHTS as PARSER_WEIGHTS
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.tokens import words_of
@@ -210,7 +210,7 @@ def _parser_sha256() -> str:
 
 def base_arrays() -> dict[str, np.ndarray]:
     """Return the parser's upper layers, with the names that they have in the goal network and in the verifier."""
-    return parser_layers(load_file(_PARSER))
+    return parser_layers(unpacked(load_file(_PARSER), {}))
 
 
 def parser_layers(state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

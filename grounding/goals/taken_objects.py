@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
+from typing import Any
 
 from grounding.goals.goal import Goal
 from grounding.goals.part_numbers import renumbered
@@ -26,6 +27,27 @@ def without_taken(goal: Goal, before: Goal) -> Goal:
     taken = {one for part in new for one in _placed(part)}
     parts = tuple(_left(part, taken) if part in before.parts else part for part in goal.parts)
     return goal if parts == goal.parts else Goal(parts)
+
+
+def owned_once(parts: Sequence[Mapping[str, Any]], before: Goal) -> list[Mapping[str, Any]]:
+    """Return parts in which what joins another structure has left the one that it was in.
+
+    That is the structure which has most of its former companions. Where there were none, it stays in both, which no goal
+    allows.
+
+    Args:
+        parts: as JSON values. before: the goal so far.
+    """
+    kept = [list(part["objects"]) if part["kind"] == "structure" and part["objects"] else [] for part in parts]
+    listed = [set(each) for each in kept]
+    for structure in before.structures:
+        companions = set(structure.objects or ())
+        for one in structure.objects or ():
+            holders = [number for number, each in enumerate(listed) if one in each]
+            shared = [len(companions & listed[number]) for number in holders]
+            if len(holders) == 2 and shared[0] != shared[1]:
+                kept[holders[shared.index(max(shared))]].remove(one)
+    return [{**part, "objects": objects} if objects else part for part, objects in zip(parts, kept, strict=True)]
 
 
 def without_placed(goal: Goal, taken: Set[object]) -> Goal:

@@ -78,6 +78,7 @@ class EmbeddingParser:
         from safetensors import SafetensorError
         from safetensors.numpy import load_file
 
+        from grounding.packed_weights import unpacked
         from grounding.parsers.slot_head import QUESTIONS, SlotReader
 
         folder = Path(folder)
@@ -92,7 +93,7 @@ class EmbeddingParser:
             shapes = config.get("shapes", FIRST_SHAPES)
             if unknown := [shape for shape in shapes if shape not in SHAPES]:
                 raise ValueError(f"unknown shape {unknown[0]!r}; legal values: {', '.join(SHAPES)}")
-            state = load_file(folder / "model.safetensors")
+            state = unpacked(load_file(folder / "model.safetensors"), {})
             reader = SlotReader(state, config["layers"], width, config["hidden"], shapes)
             layer = int(config["encoder_layer"])
             temperatures = {question: float(config["temperatures"][question]) for question in QUESTIONS}

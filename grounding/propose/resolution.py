@@ -46,7 +46,8 @@ def resolved(
         return Proposal(certainty=worded.certainty, answer=worded.answer, problem=worded.problem)
     there = Referents(objects, encoder, catalogue, opposite)
     try:
-        found = resolve_goal(worded.parts, there, f"{worded.about} {text}".strip(), worded.kept, worded.known)
+        heard = f"{worded.about} {text}".strip()
+        found = resolve_goal(worded.parts, there, heard, worded.kept, worded.known, worded.before)
     except UnclearObjectsError as doubt:
         phrase = doubt.phrase
         if phrase in worded.known:  # which one was said, and it is still in doubt

@@ -9,6 +9,7 @@ from typing import Any
 
 from grounding.goals.goal import Goal
 from grounding.goals.part_numbers import laid_around
+from grounding.goals.taken_objects import owned_once
 from grounding.parse_result import OBJECT, Question
 from grounding.resolve.catalogue import CataloguePhrases
 from grounding.resolve.errors import Doubt, ResolveError, UnclearObjectsError
@@ -63,6 +64,7 @@ def resolve_goal(
     text: str = "",
     kept: Sequence[str] = (),
     known: Mapping[str, tuple[int, ...]] = NO_OBJECTS,
+    before: Goal = Goal(),
 ) -> ResolvedGoal:
     """Find the objects of a written goal.
 
@@ -75,6 +77,7 @@ def resolve_goal(
         text: the instruction; "blue" may be a cup by its other words.
         kept: words for objects that are to stay as they are, or that are left out of the structures.
         known: phrases whose objects are known, as those of the goal that a correction speaks of.
+        before: that goal.
 
     Raises:
         UnclearObjectsError: for words that several objects fit.
@@ -97,7 +100,7 @@ def resolve_goal(
     out = [index for each in objects[named:] for index in each or ()]
     try:
         whole = [_usual(part) for part in _less([_apart(part) for part in made], out, there)]
-        goal = laid_around(Goal.from_dict({"parts": whole}))
+        goal = laid_around(Goal.from_dict({"parts": owned_once(whole, before)}))
     except SpecError as error:
         raise ResolveError(str(error)) from error
     nouns, described, notes, singly = _chosen_by(reader, there)

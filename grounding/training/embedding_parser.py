@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 import torch
-from safetensors.torch import save
 from torch.nn import functional
 
 from grounding.atomic_files import write_all_whole
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.paraphrases import LabelledText
+from grounding.packed_weights import packed_bytes
 from grounding.parsers.embedding import WEIGHTS, EmbeddingParser
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.parsers.slot_head import ANSWERS, QUESTIONS, REFUSE, SlotReader
@@ -85,7 +85,7 @@ def train(options: ParserTraining, report: Report = silent) -> dict[str, Any]:
         "before": before,
         **measured,
     }
-    weights = save({name: tensor.half() for name, tensor in network.state_dict().items()})
+    weights = packed_bytes({name: tensor.numpy() for name, tensor in network.state_dict().items()}, {})
     write_all_whole(options.out, {"model.safetensors": weights, "config.json": json.dumps(config, indent=2) + "\n"})
     return config
 

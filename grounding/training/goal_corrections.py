@@ -1,17 +1,15 @@
 """Turn labelled corrections into tasks of the goal network: the goal so far in words, what is said, the goal after it.
 
-A row of `language/goal_corrections.tsv` has a scene, the label of the goal so far, what is said, and the label of the
+A row of `language/goal_corrections.tsv.xz` has a scene, the label of the goal so far, what is said, and the label of the
 goal after it, or "computed.", where that needs a length or a place that only the arrangement shown has.
 """
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import resources
 
 import numpy as np
 
@@ -25,7 +23,7 @@ from grounding.goals.parts import StructurePart
 from grounding.resolve.measures import lengths_of
 from grounding.resolve.tokens import split
 from grounding.spec import SpecError
-from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, labelled, plain_label
+from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, labelled, labelled_rows, plain_label
 
 _NUMBERS = re.compile(r"\{(\d+(?:,\d+)*)\}")
 _NAMED = re.compile(r"(?P<words>[^{}]+?) ?\{(?P<numbers>[\d|]+)\}")
@@ -43,7 +41,7 @@ UNDECIDED = "unclear"  # what the network writes where the new value has to be c
 
 @dataclass(frozen=True)
 class GoalCorrection:
-    """A row of `language/goal_corrections.tsv`.
+    """A row of `language/goal_corrections.tsv.xz`.
 
     Attributes:
         scene: name of the scene (`benchmark_data/goal_scenes.json`).
@@ -61,8 +59,7 @@ class GoalCorrection:
 @cache
 def goal_corrections() -> tuple[GoalCorrection, ...]:
     """Load the labelled corrections that come with the project."""
-    text = (resources.files("grounding") / "language" / "goal_corrections.tsv").read_text(encoding="utf-8")
-    return tuple(GoalCorrection(*row) for row in csv.reader(text.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE))
+    return tuple(GoalCorrection(*row) for row in labelled_rows("goal_corrections"))
 
 
 def corrected(row: GoalCorrection) -> LabelledGoal:

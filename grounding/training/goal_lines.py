@@ -1,15 +1,16 @@
 """Turn labelled instructions into the actions that the goal network should take.
 
 A label is one line: "tower of the tins, right; place of structure 1, behind the plate." Objects and lengths are words
-of the instruction. In `language/goal_lines.tsv` the indices of the objects in a scene stand behind them in braces:
+of the instruction. In `language/goal_lines.tsv.xz` the indices of the objects in a scene stand behind them in braces:
 "tower of the tins {0,1,2}, right."
 """
 
 from __future__ import annotations
 
 import csv
+import lzma
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -64,7 +65,7 @@ class LabelledGoal:
 
 @dataclass(frozen=True)
 class GoalLine:
-    """A row of `language/goal_lines.tsv`.
+    """A row of `language/goal_lines.tsv.xz`.
 
     Attributes:
         stratum: what kind of instruction it is.
@@ -82,8 +83,13 @@ class GoalLine:
 @cache
 def goal_lines() -> tuple[GoalLine, ...]:
     """Load the labelled instructions that come with the project."""
-    text = (resources.files("grounding") / "language" / "goal_lines.tsv").read_text(encoding="utf-8")
-    return tuple(GoalLine(*row) for row in csv.reader(text.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE))
+    return tuple(GoalLine(*row) for row in labelled_rows("goal_lines"))
+
+
+def labelled_rows(name: str) -> Iterator[list[str]]:
+    """Read the rows of `language/NAME.tsv.xz`, which `xzcat` prints: packed, as the texts take 12 MB."""
+    table = (resources.files("grounding") / "language" / f"{name}.tsv.xz").read_bytes()
+    return csv.reader(lzma.decompress(table).decode().splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE)
 
 
 def labelled(text: str, label: str, said_from: int = 0, scene: str | None = None) -> LabelledGoal:

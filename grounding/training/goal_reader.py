@@ -1,7 +1,7 @@
 """Train the goal network (`structagent train goals`): about an hour on one core.
 
-Its tasks are labelled instructions (`language/goal_lines.tsv`), varied at every use or two of them joined, sentences
-with five slots, and corrections of goals, labelled (`language/goal_corrections.tsv`) or drawn. Every twelfth labelled
+Its tasks are labelled instructions (`language/goal_lines.tsv.xz`), varied at every use or two of them joined, sentences
+with five slots, and corrections of goals, labelled (`language/goal_corrections.tsv.xz`) or drawn. Every twelfth labelled
 text, chosen by its checksum, is never trained on: the loss on these is reported.
 """
 
@@ -19,8 +19,8 @@ import torch
 
 from grounding.atomic_files import write_all_whole
 from grounding.goal_network.vocabulary import KEYWORDS
-from grounding.goal_network.weight_differences import packed_bytes
 from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID, NetworkWriter, base_arrays, base_record
+from grounding.packed_weights import packed_bytes
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.training.goal_corrections import DrawnCorrections, GoalCorrection, corrected, goal_corrections
 from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, goal_lines, labelled

@@ -14,8 +14,8 @@ import numpy as np
 from safetensors.numpy import load_file
 
 from grounding.atomic_files import write_all_whole
-from grounding.goal_network.weight_differences import packed_bytes, unpacked
 from grounding.goal_network.writer import base_arrays, base_of
+from grounding.packed_weights import packed_bytes, unpacked
 
 
 def average(shares: Mapping[Path, float], out: Path) -> None:

@@ -25,10 +25,10 @@ from grounding.atomic_files import write_all_whole
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.parts import parts_of
 from grounding.goal_network.vocabulary import Action
-from grounding.goal_network.weight_differences import packed_bytes, unpacked
 from grounding.goal_network.writer import ENCODER_LAYER, UPPER, NetworkWriter, WrittenGoal, base_arrays, base_record
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
+from grounding.packed_weights import packed_bytes, unpacked
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.propose.proposal import WordedGoal
 from grounding.propose.resolution import resolved

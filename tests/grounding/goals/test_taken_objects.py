@@ -2,7 +2,8 @@
 
 import pytest
 
-from grounding.goals.taken_objects import without_placed, without_taken
+from grounding.goals.goal import Goal
+from grounding.goals.taken_objects import owned_once, without_placed, without_taken
 from tests.grounding.goal_in_words import goal_of_words
 
 
@@ -32,3 +33,31 @@ def test_objects_leave_what_stood(before, goal, left):
 )
 def test_a_goal_without_what_it_does_to_some_objects(goal, taken, left):
     assert str(without_placed(goal_of_words(goal), taken)) == str(goal_of_words(left))
+
+
+@pytest.mark.parametrize(
+    ("before", "said", "left"),
+    [
+        ("line of 0, 1, 2; circle of 3, 4, 5, 6", "line of 0, 1, 2, 6; circle of 3, 4, 5, 6", "line of 0, 1, 2, 6; circle of 3, 4, 5"),
+        ("line of 0, 1, 2; circle of 3, 4, 5, 6", "tower of 0, 7; line of 0, 1, 2; circle of 3, 4, 5, 6", "tower of 0, 7; line of 1, 2; circle of 3, 4, 5, 6"),
+        ("line of 0, 1; circle of 3, 4, 5", "circle of 3, 4, 5; line of 0, 1, 3, 5", "circle of 4; line of 0, 1, 3, 5"),
+        ("line of 0, 1", "line of 0, 1; 1 on 4", "line of 0, 1; 1 on 4"),
+    ],
+)  # fmt: skip
+def test_what_joins_another_structure_leaves_its_own(before, said, left):
+    def parts(words):
+        return [_part(each) for each in words.split("; ")]
+
+    assert owned_once(parts(said), goal_of_words(before)) == parts(left)
+
+
+def test_of_two_new_structures_neither_has_a_right_to_an_object():
+    both = [_part("line of 0, 1"), _part("tower of 1, 2")]
+    assert owned_once(both, Goal()) == both == owned_once(both, goal_of_words("line of 8, 9"))
+
+
+def _part(words):
+    shape, _, objects = words.partition(" of ")
+    if not objects:
+        return {"kind": "relation", "relation": "on", "objects": [1], "reference": [4]}
+    return {"kind": "structure", "shape": shape, "objects": [int(one) for one in objects.split(", ")]}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from grounding.goal_network.weight_differences import packed_bytes, unpacked
+from grounding.packed_weights import packed_bytes, unpacked
 from grounding.goal_network.writer import WEIGHTS, NetworkWriter, base_arrays
 from grounding.training.network_average import average
 

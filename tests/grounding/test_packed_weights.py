@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
-from grounding.goal_network.weight_differences import CODES, STEP, packed, packed_bytes, unpacked
 from grounding.goal_network.writer import WEIGHTS, GoalNetworkError, NetworkWriter
+from grounding.packed_weights import CODES, STEP, packed, packed_bytes, unpacked
 
 
 @pytest.fixture
