@@ -133,7 +133,9 @@ def decide(
     # A question about one of several readings is no answer where a likelier one cannot be had.
     rivals = [each.certainty for each in proposals if each.goal is not None or each.problem]
     # What is unclear to the proposer is what the question asks, and where it is not sure of its answer, a question costs little.
-    if likeliest is not None and likeliest.answer != "unclear" and nothing >= BUILD:
+    # "Mugs" where there are cups alone is impossible as said: what is meant instead is asked.
+    replaced = doubt is not None and doubt.absent and doubt.certainty >= OFFER
+    if likeliest is not None and likeliest.answer != "unclear" and nothing >= BUILD and not replaced:
         rivals.append(nothing)
     if doubt is not None and doubt.certainty >= max(rivals, default=0.0):
         return Decision("ask", Candidate(doubt), (), 0.0, nothing)
@@ -149,13 +151,13 @@ def decide(
 
 
 def _shapeless(candidates: Sequence[Candidate], proposals: Sequence[Proposal]) -> Candidate | None:
-    """Return the likeliest candidate if it says nothing but its objects, and that is likelier than that nothing can be built."""
+    """Return the likeliest candidate if it says nothing but its objects, where it is not certain that nothing can be built."""
     surest = max(candidates, key=lambda each: each.proposal.certainty, default=None)
     if surest is None or surest.proposal.goal is None or not surest.proposal.goal.is_open:
         return None
     unclear = sum(each.certainty for each in proposals if each.answer == "unclear")
     answered = sum(each.certainty for each in proposals if each.answer) - unclear
-    return surest if unclear and unclear + surest.proposal.certainty > answered else None
+    return surest if unclear and answered < BUILD else None
 
 
 def _logit(share: float) -> float:

@@ -79,9 +79,12 @@ def _is_part(lost: Sequence[str], text: str) -> bool:
 
 
 def _problem(likeliest: Proposal, proposals: Sequence[Proposal]) -> str:
-    """Return why the likeliest goal cannot be had, or "": where no goal is likely, that of an unlikely one would be no reason."""
+    """Return why the likeliest goal cannot be had, or "".
+
+    Where no goal is likely, that of an unlikely one would be no reason, unless it is that nothing here is what was said.
+    """
     first = next((each for each in proposals if not each.answer), likeliest)
-    likely = first.certainty >= OFFER or likeliest.answer == "unclear" or not likeliest.answer
+    likely = first.certainty >= OFFER or first.absent or likeliest.answer == "unclear" or not likeliest.answer
     return first.problem if likely and likeliest.answer != "nothing" else ""
 
 

@@ -52,6 +52,7 @@ class Proposal:
         question: which objects are meant, where several fit.
         choices: the goal behind each option of the question.
         problem: why the goal cannot be had here, one sentence, or "".
+        absent: whether that, or the question, is because nothing here is what was said.
         nouns: that chose the objects.
         described: whether more than nouns chose the objects.
         notes: remarks for the user, a sentence each.
@@ -65,6 +66,7 @@ class Proposal:
     question: Question | None = None
     choices: tuple[Goal, ...] = ()
     problem: str = ""
+    absent: bool = False
     nouns: tuple[str, ...] = ()
     described: bool = False
     notes: tuple[str, ...] = ()

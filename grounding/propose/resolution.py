@@ -12,7 +12,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.taken_objects import without_taken
 from grounding.propose.proposal import Proposal, WordedGoal
 from grounding.resolve.attributes import SceneObject
-from grounding.resolve.errors import ResolveError, UnclearObjectsError
+from grounding.resolve.errors import AbsentError, ResolveError, UnclearObjectsError
 from grounding.resolve.goal import resolve_goal
 from grounding.resolve.referents import Referents
 from grounding.verify.contradictions import contradiction
@@ -52,11 +52,12 @@ def resolved(
         phrase = doubt.phrase
         if phrase in worded.known:  # which one was said, and it is still in doubt
             return Proposal(certainty=worded.certainty, question=doubt.question)
-        return _asked(worded, doubt, there.names, lambda known: resolved(
+        asked = _asked(worded, doubt, there.names, lambda known: resolved(
             replace(worded, known={**worded.known, phrase: known}), text, objects, encoder, catalogue, opposite
         ))  # fmt: skip
+        return replace(asked, absent=doubt.absent)
     except ResolveError as error:
-        return Proposal(certainty=worded.certainty, problem=str(error))
+        return Proposal(certainty=worded.certainty, problem=str(error), absent=isinstance(error.__cause__, AbsentError))
     goal = without_taken(found.goal, worded.before)
     names = None if objects is None or catalogue else there.names
     problem = f"{clash} cannot both hold" if (clash := contradiction(goal, names)) else ""

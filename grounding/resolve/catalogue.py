@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from grounding.resolve.errors import Doubt, ResolveError
+from grounding.resolve.errors import AbsentError, Doubt, ResolveError
 from grounding.resolve.goal_phrases import GoalPhrases
 from grounding.resolve.phrase import Phrase, PhraseGroup
 from grounding.resolve.referents import Referents
@@ -57,11 +57,11 @@ class CataloguePhrases(GoalPhrases):
 
     def _fitting(self, phrase: Phrase, group: PhraseGroup) -> list[int]:
         if phrase.kind == "unread":
-            raise ResolveError(f"nothing here is {phrase.text!r}")
+            raise AbsentError(phrase.text)
         noun = phrase.noun or next((each.noun for each in reversed(self._read_phrases) if each.noun), ())
         bases = self._there.meanings(noun[-1]) if noun else [self._there.everything()]
         if not bases:
-            raise ResolveError(f"nothing here is {phrase.text!r}")
+            raise AbsentError(phrase.text)
         found = list(bases[0])
         for alternatives in phrase.tests:
             told = replace(phrase, tests=(alternatives,), rank=None, among=None, count=None, plural=True)
@@ -71,7 +71,7 @@ class CataloguePhrases(GoalPhrases):
                 except (Doubt, ResolveError):
                     continue  # seen when some of them stand on the table
                 if not fitting and alternatives[0].kind == "colour":
-                    raise ResolveError(f"nothing here is {phrase.text!r}")
+                    raise AbsentError(phrase.text)
                 found = fitting or found
         for without in phrase.without:
             found = [i for i in found if i not in self._fitting(without, PhraseGroup(()))] or found

@@ -11,6 +11,13 @@ class ResolveError(ValueError):
     """Words that mean nothing here, or that are not understood; the message is a sentence that says which and why."""
 
 
+class AbsentError(ResolveError):
+    """Words that nothing here is."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(f"nothing here is {words!r}")
+
+
 class UnjudgedError(ResolveError):
     """An adjective of which nothing here tells which objects it fits; `word` is it."""
 
@@ -27,10 +34,14 @@ class UnclearObjectsError(ResolveError):
         phrase: the words.
         indices: the objects that they may mean.
         count: how many of them they speak of.
+        absent: whether nothing here is what they say.
     """
 
-    def __init__(self, question: Question, phrase: str, indices: Sequence[int], count: int = 1) -> None:
+    def __init__(
+        self, question: Question, phrase: str, indices: Sequence[int], count: int = 1, absent: bool = False
+    ) -> None:
         self.question, self.phrase, self.indices, self.count = question, phrase, tuple(indices), count
+        self.absent = absent
         super().__init__(question.text)
 
 

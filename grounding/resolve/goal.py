@@ -156,7 +156,7 @@ def _question(doubt: Doubt, there: Referents) -> UnclearObjectsError:
     else:
         text = f"{doubt.phrase!r} can be each of {len(doubt.found)} objects: {listed}; which one?"
     question = Question(OBJECT, text, tuple(there.names[i] for i in doubt.found))
-    return UnclearObjectsError(question, doubt.phrase, doubt.found, doubt.count)
+    return UnclearObjectsError(question, doubt.phrase, doubt.found, doubt.count, bool(doubt.instead))
 
 
 def _chosen_by(

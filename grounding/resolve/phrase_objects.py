@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from grounding.resolve.adjectives import TEMPERATURES
 from grounding.resolve.choice import Choice
-from grounding.resolve.errors import Doubt, ResolveError
+from grounding.resolve.errors import AbsentError, Doubt, ResolveError
 from grounding.resolve.lexicon import LIKE_KINDS
 from grounding.resolve.noun_contexts import NounContexts, ToldObjects
 from grounding.resolve.phrase import Phrase, PhraseGroup, SaidPhrase, SaidPhrases
@@ -95,7 +95,7 @@ class PhraseObjects:
             out = self._left_out(phrase, without)
             found = [i for i in found if i not in out]
         if not found:
-            raise ResolveError(f"nothing here is {phrase.text!r}")
+            raise AbsentError(phrase.text)
         return self._counted(phrase, found) if phrase.without and phrase.kind == "objects" else found
 
     def _left_out(self, phrase: Phrase, without: Phrase) -> list[int]:
@@ -187,7 +187,7 @@ class PhraseObjects:
             few = few or found  # "the cartons": another meaning may have several
         if few:
             return few
-        raise problem or ResolveError(f"nothing here is {phrase.text!r}")
+        raise problem or AbsentError(phrase.text)
 
     def _others(self, found: list[int]) -> list[int]:
         """Leave out what other phrases name, or the goal so far; what those before it name where all are named."""
@@ -271,7 +271,7 @@ class PhraseObjects:
         phrase = replace(phrase, half=False, count=len(found) // 2, definite=False) if phrase.half and found else phrase
         if not found or (phrase.count is not None and len(found) < phrase.count):
             if not found:
-                raise ResolveError(f"nothing here is {phrase.text!r}")
+                raise AbsentError(phrase.text)
             raise ResolveError(f"{phrase.text!r} speaks of {phrase.count}, and there are {len(found)}")
         wanted = phrase.count if phrase.count is not None else (None if phrase.plural or phrase.every else 1)
         if wanted is None or len(found) == wanted:

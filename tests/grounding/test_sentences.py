@@ -46,6 +46,9 @@ def test_the_problem_of_an_unlikely_reading_is_no_reason():
     wrong = Proposal(None, 0.1, problem="nothing here is called 'can'")
     assert "called" not in refused(Proposal(LINE, 0.3), wrong, goal=LINE)
     assert "called" not in refused(Proposal(None, 0.8, "impossible"), wrong)
+    absent = Proposal(None, 0.02, problem="nothing here is 'the fork'", absent=True)
+    assert "'the fork'" in refused(Proposal(None, 0.9, "impossible"), absent)
+    assert "'the fork'" not in refused(Proposal(None, 0.9, "nothing"), absent)
     assert "called" in refused(wrong) and "called" in refused(Proposal(None, 0.8, "unclear"), wrong)
 
 
@@ -72,6 +75,9 @@ def test_words_that_may_be_lost_are_told():
         ("make a circle of the balls", ("ball", "ball", "cup"), "a circle needs 3 objects, and the two balls are only 2"),
         ("put the mug on the left", ("plate", "cup", "bowl"), "there is no mug here; does 'the mug' mean: cup?"),
         ("put the banana on the left", ("plate", "cup"), "nothing here is 'the banana'; there is only: plate, cup"),
+        ("put the pineapples in a line", ("can", "can 2", "cup"), "nothing here is 'the pineapples'; there is only: can, can 2, cup"),
+        ("circle of forks", ("can", "can 2", "cup"), "nothing here is 'forks'"),
+        ("put the mugs in a line", ("can", "cup", "cup 2"), "there is no mug here; does 'the mugs' mean: cup; cup 2?"),
         ("stack the balls", ("ball", "ball", "cup"), "nothing stands on a ball"),
         ("put the cup on the ball", ("ball", "ball 2", "cup"), "ball"),
     ],
