@@ -50,7 +50,7 @@ class ArmDriver:
         log: MotionListener | None = None,
     ) -> None:
         self.world, self.arm, self.on_step, self.log = world, arm, on_step, log
-        if arm.hold == "friction":
+        if not arm.welds:
             world.refine(GRIP_ITERATIONS)
 
     def halt(self) -> None:
@@ -117,7 +117,7 @@ class ArmDriver:
         arm = self.arm
         targets = arm.finger_angles()
         touched: set[int] = set()
-        patience = 1 if arm.hold == "weld" else round(THIRD_FINGER_SECONDS / TIME_STEP)
+        patience = 1 if arm.welds else round(THIRD_FINGER_SECONDS / TIME_STEP)
         while patience:
             free = [k for k in range(3) if k not in touched and targets[k] < ANGLES[-1]]
             if not free:
@@ -129,7 +129,7 @@ class ArmDriver:
                 touched.add(k)
                 targets[k] = arm.finger_angles()[k]
             patience -= 0 in touched and len(touched) >= 2
-        if arm.hold == "weld":
+        if arm.welds:
             return touched
         arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, FINGER_EFFORT / 2, FINGER_EFFORT / 2))
         self.wait(SQUEEZING_SECONDS)
@@ -151,13 +151,12 @@ class ArmDriver:
         more.
         """
         self._begin("open hand")
-        body, targets = self.arm.held, self.arm.finger_angles()
+        targets = self.arm.finger_angles()
         while (targets > opening).any():
             targets = np.maximum(targets - FINGER_SPEED * TIME_STEP, opening)
             self.arm.command_fingers(list(targets))
             self.step()
-            if body is not None and not self.arm.touching(body):
+            if self.arm.held is not None and not self.arm.touching(self.arm.held):
                 self.arm.drop()
-                body = None
         self.arm.drop()
         self.wait(0.35)

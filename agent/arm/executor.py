@@ -280,9 +280,9 @@ class _Builder:
             if slip < LARGEST_SLIP and slip_angle < LARGEST_SLIP_ANGLE:
                 self.driver.take(body)
                 self.driver.follow(plan.lift, f"lift {name}", CARTESIAN_SPEED)
-                self.driver.wait(0.0 if self._welds else HOLDING_SECONDS)
+                self.driver.wait(0.0 if self.arm.welds else HOLDING_SECONDS)
                 if self.world.pose(plan.object)[2, 3] - after[2, 3] > HELD_RISE and self._grips(body):
-                    hold = "weld after contact on both sides" if self._welds else "friction"
+                    hold = "weld after contact on both sides" if self.arm.welds else "friction"
                     return "", Picked(
                         plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
                     )
@@ -292,12 +292,8 @@ class _Builder:
         fold(self.driver, self.search.scene)
         return reason, None
 
-    @property
-    def _welds(self) -> bool:
-        return self.arm.hold == "weld"
-
     def _grips(self, body: int) -> bool:
-        return self._welds or _both_sides(self.arm.touching(body))
+        return self.arm.welds or _both_sides(self.arm.touching(body))
 
     def _place(self, plan: ObjectPlan, name: str) -> None:
         self.driver.follow(plan.transfer, f"transfer {name}")

@@ -259,10 +259,15 @@ class JacoArm:
             inertia = [FINGER_INERTIA] * 3
             pybullet.changeDynamics(self.body, link, localInertiaDiagonal=inertia, physicsClientId=self.client)
 
+    @property
+    def welds(self) -> bool:
+        """Return whether what is in the hand is welded to it."""
+        return self.hold == "weld"
+
     def take(self, body: int) -> None:
         """Declare that `body` is in the hand; by a weld, it is joined to it in its present pose."""
         self.held = body
-        if self.hold != "weld":
+        if not self.welds:
             return
         position, quaternion = pybullet.getBasePositionAndOrientation(body, physicsClientId=self.client)
         state = pybullet.getLinkState(self.body, self.hand, physicsClientId=self.client)

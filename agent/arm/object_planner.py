@@ -147,7 +147,7 @@ class ObjectPlanner:
         for standing in known:
             if standing.bottom == bottom and np.array_equal(standing.cloud, cloud):
                 return standing
-        known.append(Standing(cloud, bottom, self.scene.arm.hold == "friction"))
+        known.append(Standing(cloud, bottom, friction=not self.scene.arm.welds))
         return known[-1]
 
     def loosen(self, loose: bool) -> None:
