@@ -270,8 +270,7 @@ class Interpreter:
         else:
             proposals = self._proposals(said, objects)
             candidates = self._candidates(said, proposals, objects)
-            follows, scene = bool(said.before.parts), objects is not None
-            decision = decide(candidates, proposals, self.verifier.weights, follows, scene)
+            decision = decide(candidates, proposals, self.verifier.weights, said.before, objects is not None)
             found, chosen = verdicts.of_decision(decision, proposals), decision.chosen
         found = replace(found, fallback=said.fallback, seconds=seconds + time.perf_counter() - started)
         if objects is not None or found.status != "ok" or chosen is None:
