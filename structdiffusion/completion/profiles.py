@@ -81,7 +81,10 @@ def _hollow(
         rim: height of the rim. outermost: radius of the rim.
     """
     lowest = radii < 0.35 * outermost
-    floor = float(np.median(heights[lowest])) if lowest.sum() >= 4 else float(np.quantile(heights[~front], 0.02))
+    if lowest.sum() >= 4:
+        floor = float(np.median(heights[lowest]))
+    else:  # as low as the far side was seen; where it was not, as low as can be
+        floor = float(np.quantile(heights[~front], 0.02)) if (~front).any() else 0.0
     floor = float(np.clip(floor, min(0.002, 0.4 * rim), max(rim - 0.004, 0.4 * rim)))
     wall = heights > floor + min(0.004, 0.3 * (rim - floor))
     far = wall & ~front & (radii > 0.3 * outermost)
