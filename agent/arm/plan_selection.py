@@ -13,6 +13,7 @@ from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ObjectPlan
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.task_planner import Search
+from structdiffusion.completion.surface import completed_clouds
 from structdiffusion.observation import Arrangement, Scene
 
 # Configurations that are checked, not seconds, so that the same seed ends the same way however busy the machine is: a
@@ -45,7 +46,7 @@ def find_plan(
 ) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
     """Yield the events of planning; return the place of the first arrangement with a plan, and the plan, or `None`."""
     began = time.monotonic()
-    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+    clouds = completed_clouds(scene)
     bottoms = [cloud.bottom for cloud in scene.objects]
     distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
     # Where no arrangement has a plan, all are tried again with objects set down on the way and touched lightly.

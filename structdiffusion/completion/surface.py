@@ -1,0 +1,53 @@
+"""Complete the cloud of a partly seen object with points of the surface that the camera did not see."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from structdiffusion.completion.methods import complete
+from structdiffusion.completion.view import View
+from structdiffusion.observation import ObjectCloud, Scene
+
+
+def completed_clouds(scene: Scene) -> list[np.ndarray]:
+    """Return the completed points (P, 3) of each object of a scene; see `completed_points`."""
+    return [completed_points(cloud, scene.world_from_camera) for cloud in scene.objects]
+
+
+def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -> np.ndarray:
+    """Return the seen points of an object and points of its hidden sides: (P, 3) float64, world frame.
+
+    The hidden sides have about as many points to the area as the completed body's whole surface has seen ones.
+
+    Args:
+        cloud: the seen points.
+        world_from_camera: (4, 4), or `None`; then nothing is known to be hidden.
+    """
+    points = np.asarray(cloud.points, dtype=np.float64)
+    if world_from_camera is None or len(points) < 4:
+        return points
+    drawn = _surface_points(complete(cloud, world_from_camera).parts, len(points))
+    hidden = drawn[View(points, world_from_camera[:3, 3]).hidden(drawn)]
+    return np.concatenate((points, hidden))
+
+
+def _surface_points(parts: tuple[np.ndarray, ...], count: int) -> np.ndarray:
+    """Draw points (`count`, 3) evenly on the hulls of convex parts (V, 3), the same at each call."""
+    triangles = np.concatenate([found for part in parts if (found := _triangles(part)) is not None] or [np.empty((0, 3, 3))])
+    if not len(triangles):
+        return np.empty((0, 3))
+    rng = np.random.default_rng(0)
+    sides = triangles[:, 1:] - triangles[:, :1]
+    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    chosen = rng.choice(len(triangles), count, p=areas / areas.sum())
+    share = np.sort(rng.uniform(size=(count, 2)), axis=1)
+    weights = np.column_stack((share[:, 0], share[:, 1] - share[:, 0], 1.0 - share[:, 1]))
+    return np.einsum("nk,nkd->nd", weights, triangles[chosen])
+
+
+def _triangles(part: np.ndarray) -> np.ndarray | None:
+    try:
+        return part[ConvexHull(part).simplices]
+    except (QhullError, ValueError):
+        return None

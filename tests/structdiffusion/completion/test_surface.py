@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+
+from structdiffusion.completion.surface import completed_clouds, completed_points
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.objects.procedural import procedural_object
+from structdiffusion.simulation.world import TabletopWorld
+
+
+@pytest.mark.parametrize("kind", ["bottle", "can", "box"])
+def test_the_middle_of_a_completed_cloud_is_that_of_the_object(kind):
+    """The seen side alone is up to a radius nearer to the camera."""
+    model = procedural_object(kind, 3)
+    with TabletopWorld([model], [pose_from_xyz_yaw(0.45, 0.1, 0.0, 0.4)]) as world:
+        scene = world.observe(np.random.default_rng(0))
+        true = world.pose(0)[:2, 3]
+    (points,) = completed_clouds(scene)
+    seen = scene.objects[0].points
+    np.testing.assert_array_equal(points[: len(seen)], seen)
+    middles = [0.5 * (each[:, :2].min(axis=0) + each[:, :2].max(axis=0)) for each in (seen, points)]
+    off = [np.linalg.norm(middle - true) for middle in middles]
+    assert off[1] < 0.008 and off[1] < off[0] + 0.002
+
+
+def test_without_a_camera_nothing_is_hidden():
+    model = procedural_object("can", 0)
+    with TabletopWorld([model], [pose_from_xyz_yaw(0.45, 0.1, 0.0, 0.0)]) as world:
+        cloud = world.observe(np.random.default_rng(0)).objects[0]
+    assert len(completed_points(cloud, None)) == len(cloud.points)
