@@ -77,6 +77,7 @@ class Scene:
         world_from_camera: (4, 4), or `None` for a cloud without a known camera.
         color: (H, W, 3) uint8 camera image, or `None`.
         intrinsics: (3, 3) of that image, pixels, or `None`.
+        fixed: the indices of the objects that take part where they are, such as those that no hand can hold.
     """
 
     objects: tuple[ObjectCloud, ...]
@@ -85,6 +86,7 @@ class Scene:
     world_from_camera: np.ndarray | None = None
     color: np.ndarray | None = None
     intrinsics: np.ndarray | None = None
+    fixed: tuple[int, ...] = ()
 
     def on_the_table(self) -> Scene:
         """Return the scene as if everything stood on the table: objects that stand on something are lowered straight
@@ -106,7 +108,9 @@ class Scene:
     def select(self, indices: Sequence[int]) -> Scene:
         """Select `indices` as the objects that take part; the others become distractors."""
         rest = tuple(cloud for i, cloud in enumerate(self.objects) if i not in set(indices))
-        return replace(self, objects=tuple(self.objects[i] for i in indices), distractors=self.distractors + rest)
+        objects = tuple(self.objects[i] for i in indices)
+        fixed = tuple(place for place, i in enumerate(indices) if i in self.fixed)
+        return replace(self, objects=objects, distractors=self.distractors + rest, fixed=fixed)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from agent import events
 from agent.arm.events import Planned
+from agent.arm.fixed_objects import describe_fixed, with_fixed
 from agent.arm.placement_rules import PlacementRules
 from agent.chat.other_arrangement import Places, other_ranks, places_of
 from agent.chat.state import Build, Proposal, Situation
@@ -105,15 +106,18 @@ class BuildSession(TableSession):
             if len(taking) > MOST_OBJECTS:
                 raise NotBuildable(f"{len(taking)} objects would take part; legal: up to {MOST_OBJECTS}")
             self.table.involve(taking)
-            scene = everything = self.table.look()
+            scene = everything = with_fixed(self.table.look())
         else:
             wanted, everything = put_on_table(self.table, goal)
+            everything = with_fixed(everything)
             scene = everything.select(wanted.movable)
         self.table.missing = missing
         if shortfall := describe_shortfall(self.table, "take part"):
             self.send(events.Noted(shortfall))
         looking = time.perf_counter() - began
         self.send(perceived_event(scene, looking, self.table))
+        if fixed := describe_fixed(scene):
+            self.send(events.Noted(fixed))
         self._turn.step = "propose"
         options, cache = self.options, self._cache
         planner = cache.planner(options.model, options.weights, options.allow_unverified)

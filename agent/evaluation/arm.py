@@ -17,7 +17,9 @@ import torch
 import agent.arm
 from agent.arm.events import PickFailed, Placed, PlaceFailed, PlanFailed, Planned
 from agent.arm.executor import build_structure
+from agent.arm.fixed_objects import with_fixed
 from agent.arm.kinematics import JacoArm
+from agent.arm.placement_rules import moving
 from agent.errors import NoValidGoal
 from agent.evaluation.report import (
     REPORT,
@@ -137,6 +139,7 @@ def _build_scene(candidates: int, hold: str, planner: Planner, scene: Evaluation
         arm = JacoArm(world.client)
         arm.hold_by(hold)
         observed = world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
+        observed = with_fixed(observed)
         initial = np.array(world.poses()[: drawn.count])
         try:
             goal = StructureGoal(scene.parsed or scene.spec, scene.words, scene.embedding)
@@ -145,7 +148,7 @@ def _build_scene(candidates: int, hold: str, planner: Planner, scene: Evaluation
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}
         rank, placed = record_build(build_structure(world, arm, observed, arrangements, rng=rng), row)
         row["placed"] = len(placed)
-        if len(placed) == drawn.count:
+        if row["planned"] and placed.issuperset(moving(arrangements[rank].goal_from_initial)):
             row |= _verdict(world, scene, arrangements[rank], initial)
     return {**row, "rank": rank + 1, "seconds": round(time.perf_counter() - started, 1)}
 

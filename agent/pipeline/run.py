@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agent import events
+from agent.arm.fixed_objects import describe_fixed, with_fixed
 from agent.errors import DONE, BadInput, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm
@@ -155,8 +156,10 @@ class _Run:
             if self.on_table is not None:
                 self.on_table(table)
             if planned_as_structure(spec):
-                scene = table.look()
+                scene = self._with_fixed(table.look())
                 yield perceived_event(scene, time.perf_counter() - began, table)
+                if fixed := describe_fixed(scene):
+                    yield events.Noted(fixed)
                 if shortfall := describe_shortfall(table, "take part"):
                     yield events.Noted(shortfall)
                 self.step = "propose"
@@ -180,12 +183,19 @@ class _Run:
             raise NotBuildable(why_not(goal, names, "" if source is None else source.hint))
         return goal
 
+    def _with_fixed(self, scene: Scene) -> Scene:
+        """Mark what the arm cannot grasp, if it is to build."""
+        return with_fixed(scene) if self.options.execute else scene
+
     def _whole(self, table: TableScene, goal: Goal, began: float) -> Iterator[Event]:
         """Carry out a goal of several parts in one build; `began` is when the scene's step did."""
         options, cache = self.options, self.cache
         wanted, scene = put_on_table(table, goal)
+        scene = self._with_fixed(scene)
         looking = time.perf_counter() - began
         yield perceived_event(scene.select(wanted.movable), looking, table)
+        if fixed := describe_fixed(scene, wanted.movable):
+            yield events.Noted(fixed)
         if shortfall := describe_shortfall(table, "take part"):
             yield events.Noted(shortfall)
         self.step = "propose"

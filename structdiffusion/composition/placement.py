@@ -86,6 +86,7 @@ class Placer:
         bonds: the relations between them and to what stays.
         stays: the indices of the objects that are not moved.
         removable: the indices of objects in `stays` that may be set aside.
+        fixed: the indices of objects of units that have to stay where they are.
     """
 
     state: TableState
@@ -93,6 +94,7 @@ class Placer:
     bonds: Sequence[Bond]
     stays: frozenset[int]
     removable: frozenset[int] = frozenset()
+    fixed: frozenset[int] = frozenset()
 
     def draw(self, number: int, rng: np.random.Generator) -> Placement:
         """Draw one placement; `number` decides which blocks are tried first.
@@ -163,6 +165,8 @@ class Placer:
         best = int(np.where(able, score, -np.inf).argmax())
         placement.bodies.update(block.bodies_at(origins[best]))
         placement.motions.update(block.motions_at(origins[best]))
+        for index in self.fixed & set(block.members):
+            placement.bodies[index], placement.motions[index] = self.state.standing().bodies[index], np.eye(4)
         placement.in_the_way |= hits[best]
         placement.margin = min(placement.margin, float(margins[best]))
         placement.quality *= block.quality
@@ -189,6 +193,8 @@ class Placer:
         """
         drawn: list[np.ndarray] = []
         here = block.bodies_at(np.zeros(2))
+        for index in self.fixed & set(block.members):  # the only place at which it stays
+            return (self.state.standing().bodies[index].centroid - here[index].centroid)[None]
         exact = False
         for bond in self.bonds:
             if not set(bond.members) <= set(unit.members) or set(bond.related) & set(unit.members):

@@ -14,6 +14,7 @@ from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import lay_out
 from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
+from structdiffusion.postprocessing.anchoring import anchor, those_as_asked
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.postprocessing.ranking import checks_scores
@@ -62,8 +63,10 @@ class GeometricPlanner:
         if not laid_out:
             raise reason
         settled = settle_each(objects, np.array(laid_out))
+        settled, placed_frames = anchor(objects, settled, np.array(frames), goal.spec, scene.fixed)
         scores = self._scores(objects, others, settled, goal, scene.table)
-        arrangements = [Arrangement(*row) for row in zip(settled, scores, frames, strict=True)]
+        arrangements = [Arrangement(*row) for row in zip(settled, scores, placed_frames, strict=True)]
+        arrangements = those_as_asked(arrangements, scene)
         arrangements.sort(key=lambda arrangement: -arrangement.scores["total"])
         if self.rollouts:
             return rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.rollouts)

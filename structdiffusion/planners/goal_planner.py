@@ -135,7 +135,8 @@ class GoalPlanner:
                 lowered = np.eye(4)
                 lowered[2, 3] = -scene.objects[index].bottom
                 motions[index] = arrangement.goal_from_initial[place] @ lowered
-            proposed.append(GoalArrangement(members, (), motions, arrangement.scores))
+            moved = tuple(index for index in members if index not in scene.fixed)
+            proposed.append(GoalArrangement(moved, (), motions, arrangement.scores))
         return proposed
 
 
@@ -178,7 +179,7 @@ class _Composer:
         """
         own = {i for unit in moving for i in unit.members}
         named: set[int] = set(self.goal.named_objects())  # type: ignore[arg-type]
-        fixed = {i for part in self.goal.structures for i in part.around or ()}
+        fixed = {i for part in self.goal.structures for i in part.around or ()} | set(self.scene.fixed)
         references = sorted(named - own - fixed) if movable else []
         if movable and not references:
             return [], ""
@@ -188,10 +189,11 @@ class _Composer:
         self._require_movable(on_top, named)
         everything = frozenset(range(len(self.state.items)))
         stays = everything - moved - on_top
-        removable = frozenset(i for i in stays if i < self.state.count and i not in named) if clearing else frozenset()
+        unnamed = {i for i in stays if i < self.state.count} - named - set(self.scene.fixed)
+        removable = frozenset(unnamed) if clearing else frozenset()
         if clearing and not removable:
             return [], ""
-        placer = Placer(self.state, together, units.bonds, stays, removable)
+        placer = Placer(self.state, together, units.bonds, stays, removable, frozenset(self.scene.fixed))
         found, reason = [], ""
         for number in range(_DRAWS):
             try:
@@ -254,7 +256,7 @@ class _Composer:
     ) -> tuple[float, GoalArrangement]:
         """Return the share of hypotheses under which a placement stands, and the arrangement; add its falls."""
         motions = self._motions(placement)
-        stays = [i for i in range(len(motions)) if i not in placement.motions]
+        stays = [i for i in range(len(motions)) if i not in placement.motions or i in self.scene.fixed]
         motions = rollout.set_down(motions, stays, self.goal)
         stacked = any(motions[i, 2, 3] + self.scene.objects[i].bottom > STACKED for i in placement.motions)
         hypotheses = _HYPOTHESES if stacked else 1
@@ -292,7 +294,7 @@ class _Composer:
     ) -> GoalArrangement:
         scores = {"margin": placement.margin, "quality": placement.quality, "rollout": rollout}
         total = {"total": float(np.prod(list(scores.values())))}
-        moved = tuple(sorted(placement.motions))
+        moved = tuple(sorted(placement.motions.keys() - set(self.scene.fixed)))
         return GoalArrangement(moved, tuple(sorted(aside)), motions, {**scores, **total})
 
 

@@ -12,6 +12,7 @@ from structdiffusion.completion.estimate import estimate, imagined_structures
 from structdiffusion.geometry import yaw_of
 from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, sample_clouds
+from structdiffusion.postprocessing.anchoring import anchor, those_as_asked
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.postprocessing.ranking import Ranker
@@ -43,7 +44,7 @@ class PostProcessor:
     ) -> list[Arrangement]:
         """Return the arrangements, best first. Without a ranker every total is 1."""
         placed = self.place(seen, scene, goal.spec, sampled) if self.placed else sampled
-        arrangements = self.rank(seen, scene, goal.spec, placed, generator)
+        arrangements = those_as_asked(self.rank(seen, scene, goal.spec, placed, generator), scene)
         if self.rollouts:
             arrangements = rerank_by_physics(PhysicsRollout(scene), arrangements, goal.spec, self.rollouts)
         return arrangements
@@ -69,9 +70,11 @@ class PostProcessor:
             shift = shift_into_place(objects, motions[k], spec, scene.table, bodies)
             motions[k, :, :2, 3] += shift
             frames[k, :2, 3] += shift
+        motions, frames = anchor(objects, motions, frames, spec, scene.fixed)
         if self.refined:
             for k, bodies in everyone():
                 motions[k] = separate(objects, others, motions[k], bodies)
+            motions, frames = anchor(objects, motions, frames, spec, scene.fixed)
         return PoseSamples(motions, frames, sampled.orders)
 
     def rank(

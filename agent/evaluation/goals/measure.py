@@ -8,10 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from agent.arm.fixed_objects import with_fixed
 from agent.evaluation.goals.arm import build_goal_scene
 from agent.evaluation.goals.config import GoalsConfig, checked_families
 from agent.evaluation.goals.rates import rates_of
-from agent.evaluation.goals.solve import DISTURBED, judge_disturbed, lost_rows, solve_goal_scene
+from agent.evaluation.goals.solve import DISTURBED, judge_disturbed, lost_rows, proposals_of, solve_goal_scene
 from agent.evaluation.report import REPORT, report_frame
 from agent.evaluation.result_store import ResultStore, store_folder
 from agent.evaluation.rows import LOST, Row, measured
@@ -135,8 +136,12 @@ def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
         if name == DISTURBED:
             rows.append({"model": name, **judge_disturbed(scene)})
             continue
-        row, observed, arrangements = solve_goal_scene(loaded.planner(name, config), scene, config.candidates)
+        planner = loaded.planner(name, config)
+        row, observed, arrangements = solve_goal_scene(planner, scene, config.candidates)
         if config.arm:
+            graspable = with_fixed(observed)
+            if graspable.fixed:
+                arrangements, _ = proposals_of(planner, scene, graspable, config.candidates)
             row["arm"] = build_goal_scene(scene, observed, arrangements, config.hold)
         rows.append({"model": name, **row})
     return rows

@@ -39,13 +39,9 @@ def solve_goal_scene(
         The row without the planner's name, JSON-ready; the observation; and the arrangements, best first.
     """
     looked = time.perf_counter()
-    observed, problem = scene.observed(), None
-    generator = torch.Generator().manual_seed(scene.planning_seed)
+    observed = scene.observed()
     started = time.perf_counter()
-    try:
-        arrangements = planner.propose(observed, scene.goal, count=candidates, generator=generator, colors=scene.colors)
-    except (LayoutError, SpecError) as error:
-        arrangements, problem = [], str(error)
+    arrangements, problem = proposals_of(planner, scene, observed, candidates)
     planned = time.perf_counter()
     best = arrangements[0] if arrangements else None
     verdict = None if best is None else scene.verdict(best.goal_from_initial, best.aside)
@@ -63,6 +59,17 @@ def solve_goal_scene(
         "verdict": None if verdict is None else verdict.to_dict(),
     }
     return json_value(row), observed, arrangements
+
+
+def proposals_of(
+    planner: GoalPlanner, scene: GoalScene, observed: Scene, candidates: int
+) -> tuple[list[GoalArrangement], str | None]:
+    """Return a planner's arrangements for a scene as it was observed, best first; or none, and why."""
+    generator = torch.Generator().manual_seed(scene.planning_seed)
+    try:
+        return planner.propose(observed, scene.goal, count=candidates, generator=generator, colors=scene.colors), None
+    except (LayoutError, SpecError) as error:
+        return [], str(error)
 
 
 def judge_disturbed(scene: GoalScene) -> Row:

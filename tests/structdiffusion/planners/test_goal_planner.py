@@ -1,4 +1,5 @@
 import json
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +57,12 @@ class TableOf:
         clouds = [replace(cloud, bottom=float(pose[2, 3])) for cloud, pose in zip(scene.objects, self.poses)]
         self.scene = replace(scene, objects=tuple(clouds))
 
+    def with_fixed(self, *fixed):
+        """Return the same table with objects that cannot be moved."""
+        other = copy(self)
+        other.scene = replace(self.scene, fixed=fixed)
+        return other
+
     def proposed(self, *parts, seed=0, **more):
         self.goal = Goal(tuple(parts))
         return PLANNER.propose(self.scene, self.goal, generator=torch.Generator().manual_seed(seed), **more)
@@ -99,6 +106,20 @@ def test_one_plain_structure_is_what_the_planner_of_structures_proposes(five):
         np.testing.assert_array_equal(one.goal_from_initial[[0, 2, 3]], other.goal_from_initial)
         np.testing.assert_array_equal(one.goal_from_initial[[1, 4]], np.tile(np.eye(4), (2, 1, 1)))
         assert one.scores == other.scores and one.moved == (0, 2, 3) and one.aside == ()
+
+
+def test_a_structure_is_laid_around_what_cannot_be_moved(five):
+    table = five.with_fixed(4)
+    for part in (StructurePart("line", objects=(0, 4, 2)), StructurePart("line", objects=(0, 4, 2), gap=0.04)):
+        best = table.proposed(part, related("behind", (3,), (1,)))[0]
+        assert 4 not in best.moved and table.stands(best)
+        np.testing.assert_array_equal(best.goal_from_initial[4], np.eye(4))
+
+
+def test_what_cannot_be_moved_is_not_moved_by_a_relation_either(five):
+    """Block 4 is in the middle, and so not left of block 0."""
+    with pytest.raises(LayoutError):
+        five.with_fixed(0, 4).proposed(related("left of", (4,), (0,)))
 
 
 def test_two_structures_and_a_relation_to_one_hold_together(five):
