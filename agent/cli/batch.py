@@ -15,6 +15,8 @@ from agent.cli.options import (
     CameraPoseOption,
     DepthUnitOption,
     ForceOutOption,
+    Hold,
+    HoldOption,
     JsonOption,
     LLMModelOption,
     LLMUrlOption,
@@ -67,6 +69,7 @@ def batch(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
+    hold: HoldOption = Hold.weld,
     retry: Annotated[bool, typer.Option("--retry", help="Repeat rows that failed before.")] = False,
 ) -> None:
     """Carry out many instructions from a file.
@@ -103,7 +106,7 @@ def batch(
 
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
-    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
+    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry, force)
         if json_output:

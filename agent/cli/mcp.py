@@ -19,6 +19,8 @@ from agent.cli.options import (
     CameraPoseOption,
     DepthUnitOption,
     ForceOutOption,
+    Hold,
+    HoldOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -99,6 +101,7 @@ def mcp(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
+    hold: HoldOption = Hold.weld,
 ) -> None:
     """Serve one table to programs and language models by the Model Context Protocol.
 
@@ -123,7 +126,7 @@ def mcp(
     from agent.mcp.serving import Address, serve
     from agent.pipeline.run import RunOptions
 
-    options = RunOptions(scene, objects, model, weights, seed, True, reading, recorded, allow_unverified)
+    options = RunOptions(scene, objects, model, weights, seed, True, reading, recorded, allow_unverified, hold.value)
     address = Address(host, port, tuple(allow_host or ()), os.environ.get(TOKEN_VARIABLE) or None)
     serve(
         options,

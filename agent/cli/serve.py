@@ -17,6 +17,8 @@ from agent.cli.options import (
     CameraPoseOption,
     DepthUnitOption,
     ForceOutOption,
+    Hold,
+    HoldOption,
     LLMModelOption,
     LLMUrlOption,
     ModelOption,
@@ -91,6 +93,7 @@ def serve(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
+    hold: HoldOption = Hold.weld,
 ) -> None:
     """Talk with the agent in the browser, and watch it work.
 
@@ -109,7 +112,7 @@ def serve(
     from agent.live_view.serve import serve_chat
     from agent.pipeline.run import RunOptions
 
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified)
+    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
     with folder_or_new(out, "serve") as folder:
         session = folder / "session.jsonl"
         code = serve_chat(options, session, host, port, token, yes, any_file)
