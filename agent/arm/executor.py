@@ -19,7 +19,7 @@ import numpy as np
 
 from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.build_listeners import BuildListeners
-from agent.arm.controller import CARTESIAN_SPEED, ArmDriver
+from agent.arm.controller import CARTESIAN_SPEED, SLIDING_SPEED, ArmDriver
 from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, PlaceFailed, Stopped
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import JacoArm
@@ -32,6 +32,7 @@ from agent.arm.recovery import SETTLE_SECONDS, fold, is_folded, leave_start, set
 from agent.arm.standing_watch import StandingWatch
 from agent.arm.task_planner import Search
 from agent.arm.trajectories import straight_line
+from structdiffusion.completion.surface import completed_clouds
 from structdiffusion.geometry import raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.simulation.world import FALLEN, TABLE, TabletopWorld
@@ -113,7 +114,7 @@ class _Builder:
         self.distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
         self.goal_from_initial = arrangement.goal_from_initial
         self.count = len(scene.objects)
-        self.start_clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
+        self.start_clouds = completed_clouds(scene)
         self.start_bottoms = [cloud.bottom for cloud in scene.objects]
         self.start_poses = self.world.poses()[: self.count]
         *_, self.stands_on = precedence(self.start_clouds, list(self.goal_from_initial), self.start_bottoms)
@@ -270,7 +271,9 @@ class _Builder:
         self.driver.follow(plan.reach, f"reach {name}")
         self.driver.follow(plan.approach, f"approach {name}", CARTESIAN_SPEED)
         before = self._pose_before
-        touching = self.driver.close(body)
+        slides = plan.grasp.slides
+        # Between the fingers a rim is caught without pressing, which would drive them out of it.
+        touching = self.driver.close(body, squeeze=not (slides and plan.grasp.kind == "rim"))
         after = self.world.pose(plan.object)
         slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
         slip_angle = turn_of(before[:3, :3].T @ after[:3, :3])
@@ -281,8 +284,10 @@ class _Builder:
                 self.driver.take(body)
                 self.driver.follow(plan.lift, f"lift {name}", CARTESIAN_SPEED)
                 self.driver.wait(0.0 if self.arm.welds else HOLDING_SECONDS)
-                if self.world.pose(plan.object)[2, 3] - after[2, 3] > HELD_RISE and self._grips(body):
-                    hold = "weld after contact on both sides" if self.arm.welds else "friction"
+                rise = self.world.pose(plan.object)[2, 3] - after[2, 3]
+                if slides or (rise > HELD_RISE and self._grips(body)):
+                    hold = "the table, friction" if slides else "friction"
+                    hold = "weld after contact on both sides" if self.arm.welds else hold
                     return "", Picked(
                         plan.object, name, plan.grasp.kind, attempt, len(touching), hold, slip, slip_angle
                     )
@@ -296,8 +301,11 @@ class _Builder:
         return self.arm.welds or _both_sides(self.arm.touching(body))
 
     def _place(self, plan: ObjectPlan, name: str) -> None:
-        self.driver.follow(plan.transfer, f"transfer {name}")
-        self.driver.follow(self._corrected(plan), f"lower {name}", CARTESIAN_SPEED)
+        if plan.grasp.slides:
+            self.driver.follow(plan.transfer, f"slide {name}", SLIDING_SPEED)
+        else:
+            self.driver.follow(plan.transfer, f"transfer {name}")
+            self.driver.follow(self._corrected(plan), f"lower {name}", CARTESIAN_SPEED)
         self.driver.wait(0.15)
         self.driver.let_go(plan.grasp.opening)
         self.driver.wait(0.25)

@@ -5,13 +5,16 @@ There are three kinds, all with the hand pointing down or tilted by up to 40 deg
 - "across": antipodal, the fingers on both sides of a cross-section of the cloud;
 - "flat": the same for objects lower than 3 cm (cutlery): the fingers straddle the object, close to the table;
 - "rim": one side of the hand inside, the other outside the rim of a hollow object (bowl, plate, cup).
+
+What the fingers cannot lift by friction alone, such as a plate or a book that lies flat, they can slide along the table,
+which carries it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +29,7 @@ FEWEST_POINTS = 10  # of a cloud that a hand can be fitted to
 MOST_INCLINE = 0.4
 # m of a hollow object's wall outwards for each m upwards: from shallower ones, as of a plate, the fingers slip off.
 MOST_LEAN = 1.2
+TABLE_LEVEL = 0.005  # m: what stands no higher stands on the table
 YAWS = 12
 TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
 
@@ -41,6 +45,7 @@ class Grasp:
         kind: "across", "flat" or "rim".
         quality: larger is better.
         incline: the tangent of the angle by which the closing fingers press the object out of the hand.
+        slides: whether it is for sliding the object along the table, and not for lifting it.
     """
 
     world_from_ee: np.ndarray
@@ -49,6 +54,7 @@ class Grasp:
     kind: str
     quality: float
     incline: float = 0.0
+    slides: bool = False
 
 
 def hand_pose(point: Sequence[float] | np.ndarray, yaw: float, tilt: float = 0.0) -> np.ndarray:
@@ -82,31 +88,39 @@ def is_round(points: np.ndarray) -> bool:
 
 
 def grasps_of(points: np.ndarray, support: float = 0.0, friction: bool = False, limit: int = 60) -> list[Grasp]:
-    """Return the grasps of one object, best first.
+    """Return the grasps of one object, best first; those that only slide it come after those that lift it.
 
     Args:
-        points: (P, 3) its partial cloud, world frame, metres.
+        points: (P, 3) its cloud, world frame, metres.
         support: z of the surface that it stands on.
         friction: whether they must hold by friction alone.
-        limit: the most grasps to return.
+        limit: the most grasps to lift it, and to slide it.
     """
+    found = _best(_grasps(points, support, "friction" if friction else "weld"), limit)
+    if friction and support < TABLE_LEVEL:
+        found += [replace(grasp, slides=True) for grasp in _best(_grasps(points, support, "slide"), limit)]
+    return found
+
+
+def _best(grasps: Iterable[Grasp], limit: int) -> list[Grasp]:
     # Rounded, so that rounding does not decide between grasps of the same quality: the first one stays first.
-    return sorted(_grasps(points, support, friction), key=lambda grasp: -round(grasp.quality, 9))[:limit]
+    return sorted(grasps, key=lambda grasp: -round(grasp.quality, 9))[:limit]
 
 
 def can_be_grasped(points: np.ndarray, support: float = 0.0) -> bool:
-    """Return whether the object has any grasp, as `grasps_of` takes it; stops at the first."""
-    return next(_grasps(points, support, False), None) is not None
+    """Return whether the object has any grasp, if only to slide it; stops at the first."""
+    return next(_grasps(points, support, "weld"), None) is not None
 
 
-def _grasps(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
+def _grasps(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
+    """Yield grasps for a `hold`: "weld" and "slide" take what the fingers meet, "friction" what they do not slip off."""
     points = np.asarray(points, dtype=np.float64)
     if len(points) >= FEWEST_POINTS:
-        yield from _across(points, support, friction)
-        yield from _rim(points, support, friction)
+        yield from _across(points, support, hold)
+        yield from _rim(points, support, hold)
 
 
-def _across(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
+def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
     low, high = np.percentile(points[:, 2], [1, 99])
     top, middle = float(high), np.median(points[:, :2], axis=0)
     corners = np.percentile(points[:, :2], [2, 98], axis=0)
@@ -132,7 +146,7 @@ def _across(points: np.ndarray, support: float, friction: bool) -> Iterator[Gras
             - 1.5 * np.hypot(contacts.across, contacts.along)
         )
         fits = fitted.fits
-        if friction:
+        if hold == "friction":
             fits = fits & (fitted.incline <= MOST_INCLINE)
             quality -= 0.5 * np.maximum(fitted.incline, 0.0)
         for k in np.flatnonzero(fits):
@@ -172,7 +186,7 @@ def _contacts(
     return Contacts(*places, np.array(sections)), places[1], narrow > 0
 
 
-def _rim(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
+def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
     """Yield grasps that pinch the wall of a hollow object at least 9 cm wide, from above."""
     top = float(np.percentile(points[:, 2], 98))
     rim = points[points[:, 2] > top - 0.008]
@@ -196,13 +210,13 @@ def _rim(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
             continue
         radius = float(np.median(radii[sector]))
         contact = np.array([*(middle + radius * np.array([math.cos(yaw), math.sin(yaw)])), top])
-        depth = min(0.03, hollow - 0.002 if friction else hollow + 0.004)
+        depth = min(0.03, _rim_depth(hollow, hold))
         # Of the wall only what is near the rim counts: the fingers stop where they touch.
         sideways = np.abs((points[:, :2] - contact[:2]) @ np.array([-math.sin(yaw), math.cos(yaw)]))
         outward = (points[:, :2] - contact[:2]) @ np.array([math.cos(yaw), math.sin(yaw)])
         reached = (sideways < LATERAL) & (points[:, 2] > top - depth)
         wall = points[reached & (np.abs(outward) < 0.012)]
-        if len(wall) < 3 or (friction and _lean(points, outward, reached) > MOST_LEAN):
+        if len(wall) < 3 or (hold == "friction" and _lean(points, outward, reached) > MOST_LEAN):
             continue
         lowest_tip = max(top - depth, support + FLOOR_CLEARANCE)
         for turn in (0.0, math.pi):
@@ -212,6 +226,15 @@ def _rim(points: np.ndarray, support: float, friction: bool) -> Iterator[Grasp]:
                 continue
             opening = 0.8 if radius < 0.07 else 0.65
             yield Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))
+
+
+def _rim_depth(hollow: float, hold: str) -> float:
+    """Return how deep the fingers reach below the rim of something hollow, metres.
+
+    A weld holds where they come down on its floor; to slide it, they must not come down on the slope behind the rim, but be
+    deep enough to be behind it when they are closed, and so higher.
+    """
+    return {"weld": hollow + 0.004, "friction": hollow - 0.002, "slide": max(hollow / 2, min(hollow, 0.009))}[hold]
 
 
 def _lean(points: np.ndarray, outward: np.ndarray, reached: np.ndarray) -> float:

@@ -13,15 +13,18 @@ from agent.arm.grasps import Grasp
 from agent.arm.motion_planner import CLEARANCE, HELD_OVERLAP, PlanningScene
 from agent.arm.placement_rules import ObstacleKey, PlacementRules
 from agent.arm.reachability import APPROACH, TOUCHING, Pair, Pick, Reachability, Standing
+from agent.arm.sliding import is_along_table, leads, sliding_path
 from agent.arm.trajectories import CARTESIAN_STEP, interpolate
 from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import raised, transform_points
 
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
+LIFTS_TRIED = 2  # after which what slips out of the fingers is slid, if its goal is on the table
 PAIRS_TRIED = 24  # ways to release an object that are tried before it is given up
 # m above the goal where an object is released, as in the evaluation protocol. From 5 mm or 1 cm less fruit rolls on, but the
 # opening hand tips over cups. A hand that does not fit into a container lets go above it.
 RELEASES_INTO = (RELEASE_HEIGHT, 0.06, 0.10)
+FRICTION_RELEASE = 0.01  # m, the same for what is held by friction, which leaves the opening fingers at once
 # m, a last resort where nothing else was found: the fingers may touch the hulls of other objects, which are a little
 # too large, and the hull of what is held may overlap them further, because it fills hollows.
 LOOSE_CLEARANCE, LOOSE_OVERLAP = 0.0, 0.015
@@ -61,7 +64,7 @@ class ObjectPlan:
 
 def _alike(a: Grasp, b: Grasp) -> bool:
     """Return whether two grasps differ by less than 1 cm and 15 degrees, so that both are likely to fail."""
-    near = np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
+    near = a.slides == b.slides and np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
     turn = a.world_from_ee[:3, :3].T @ b.world_from_ee[:3, :3]
     return bool(near and (np.trace(turn) - 1) / 2 > math.cos(math.radians(15)))
 
@@ -110,16 +113,24 @@ class ObjectPlanner:
         standing = self.standing_of(index, clouds[index], bottoms[index])
         if all(any(_alike(grasp, other) for other in avoid) for grasp in standing.grasps):
             return None, "no grasp fits the hand"
+        along = is_along_table(goal_from_now)
+        if standing.slides and not along:
+            return None, "it can only be slid along the table"
+        slipped = sum(not grasp.slides for grasp in avoid) >= LIFTS_TRIED
         start = self.kinematics.folded if start is None else start
         reason = OUT_OF_REACH
-        for release in self._releases(index):
+        # What slipped out of the fingers is rather slid.
+        ways = [(release, lifts) for release in self._releases(index, standing) for lifts in ((False, True) if slipped else (True,))]
+        for release, lifts in ways:
             tried = 0
             for pair in self._reachability.pairs(standing, goal_from_now, release):
                 if self.scene.checks > limit:
                     return None, "the search was given up: it took too long"
                 if tried == PAIRS_TRIED:
                     break
-                if any(_alike(pair.pick.grasp, other) for other in avoid):
+                grasp = pair.pick.grasp
+                suits = along and leads(grasp, standing.cloud, pair.goal_motion) if grasp.slides else lifts
+                if not suits or any(_alike(grasp, other) for other in avoid):
                     continue
                 taken = self._take(index, standing, pair.pick)
                 if isinstance(taken, str):
@@ -131,14 +142,18 @@ class ObjectPlanner:
                     return plan, ""
         return None, reason
 
-    def _releases(self, index: int) -> tuple[float, ...]:
-        return RELEASES_INTO if index in self.rules.into else (RELEASE_HEIGHT,)
+    def _releases(self, index: int, standing: Standing) -> tuple[float, ...]:
+        if standing.slides:
+            return (0.0,)
+        if index in self.rules.into:
+            return RELEASES_INTO
+        return (RELEASE_HEIGHT if self.scene.arm.welds else FRICTION_RELEASE,)
 
     def within_reach(self, index: int, standing: Standing, goal_from_now: np.ndarray) -> bool:
         """Return whether the object can be brought to its goal if nothing is in the way."""
         return any(
             next(self._reachability.pairs(standing, goal_from_now, release), None) is not None
-            for release in self._releases(index)
+            for release in self._releases(index, standing)
         )
 
     def standing_of(self, key: ObstacleKey, cloud: np.ndarray, bottom: float) -> Standing:
@@ -210,6 +225,8 @@ class ObjectPlanner:
                 back = self._free(lines.back)
                 if back is None:
                     found = "the straight approach to the object is blocked or out of reach"
+                elif pick.grasp.slides:
+                    found = back, pick.q[None]
                 else:
                     scene.hold(self._held(standing, pick))
                     lift = self._free(lines.up)
@@ -236,20 +253,13 @@ class ObjectPlanner:
     ) -> tuple[ObjectPlan | None, str]:
         """Plan all motions for one way to take and release; without one, return `None` and the obstacle."""
         scene, grasp, (back, lift) = self.scene, pair.pick.grasp, taken
-        place = self._reachability.lines(pair.q, raised(pair.goal_motion @ grasp.world_from_ee, release))
         scene.set_fingers([grasp.opening] * 3)
         scene.remove_obstacle(index)
         try:
-            retreat = self._free(place.back)
-            if retreat is None:
-                return None, "the straight retreat from the goal is blocked or out of reach"
-            scene.hold(self._held(standing, pair.pick))
-            above = self._free(place.up)
-            if above is None:
-                return None, "lowering the object is blocked or out of reach"
-            transfer = scene.plan(lift[-1], above[-1])
-            if transfer is None:
-                return None, "no free motion from the pick to the goal was found"
+            carried = self._carried(standing, pair, lift[-1], release)
+            if isinstance(carried, str):
+                return None, carried
+            retreat, transfer, lower = carried
             scene.release()
             scene.set_obstacle(index, transform_points(pair.goal_motion, standing.hull))
             fold = scene.plan(retreat[-1], self.kinematics.unwind(self.kinematics.folded, retreat[-1]))
@@ -265,8 +275,38 @@ class ObjectPlanner:
         fold = interpolate(fold, 1.0)
         return (
             ObjectPlan(
-                index, grasp, reach, back[::-1], lift, transfer, above[::-1], retreat, fold, pair.goal_motion,
-                standing.spun, release=release,
+                index, grasp, reach, back[::-1], lift, transfer, lower, retreat, fold, pair.goal_motion,
+                standing.spun, release=0.0 if grasp.slides else release,
             ),
             "",
         )
+
+    def _carried(
+        self, standing: Standing, pair: Pair, lifted: np.ndarray, release: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | str:
+        """Return the retreat from the goal, the motion to above it and the lowering, or the obstacle to one of them."""
+        scene, grasp = self.scene, pair.pick.grasp
+        slid, q = None, pair.q
+        if grasp.slides:
+            middle = 0.5 * (standing.cloud.min(axis=0) + standing.cloud.max(axis=0))
+            slid = sliding_path(self.kinematics, pair.pick.q, grasp.world_from_ee, pair.goal_motion, middle)
+            if slid is None:
+                return "the way along the table is out of reach"
+            q = slid[-1]
+        height = 0.0 if grasp.slides else release
+        place = self._reachability.lines(q, raised(pair.goal_motion @ grasp.world_from_ee, height))
+        retreat = self._free(place.back)
+        if retreat is None:
+            return "the straight retreat from the goal is blocked or out of reach"
+        scene.hold(self._held(standing, pair.pick))
+        if slid is not None:
+            if scene.path_collides(slid, LOOSE_CLEARANCE, floor=TOUCHING):
+                return "something stands in the way along the table"
+            return retreat, slid, slid[-1:]
+        above = self._free(place.up)
+        if above is None:
+            return "lowering the object is blocked or out of reach"
+        transfer = scene.plan(lifted, above[-1])
+        if transfer is None:
+            return "no free motion from the pick to the goal was found"
+        return retreat, transfer, above[::-1]

@@ -96,6 +96,11 @@ class Standing:
         """Return its grasps, best first."""
         return grasps_of(self.cloud, self.bottom, self.friction)
 
+    @property
+    def slides(self) -> bool:
+        """Return whether it can only be slid along the table."""
+        return bool(self.grasps) and all(grasp.slides for grasp in self.grasps)
+
 
 class Reachability:
     """A finder of joint angles for taking and releasing objects.

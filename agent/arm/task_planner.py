@@ -15,6 +15,7 @@ from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import OUT_OF_REACH, ObjectPlan, ObjectPlanner
 from agent.arm.placement_order import asides, bottom_at, precedence, stopovers
 from agent.arm.placement_rules import PlacementRules, moving
+from agent.arm.sliding import keep_ways_free, way_along_table
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Table
 
@@ -80,16 +81,22 @@ class Search(ObjectPlanner):
             under = [below | self.rules.after.get(i, frozenset()) for i, below in enumerate(under)]
             lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
             far = [transform_points(motions[i], current[i])[:, 0].mean() for i in range(count)]
-            # Low goals first, then far ones, so that the arm need not reach over what it has built; what was blocked
-            # before comes last.
-            waiting = sorted(set(range(count)) - done, key=lambda i: (i in failed, round(lowest[i], 2), -far[i]))
+            slides = {i for i in range(count) if self.standing_of(i, current[i], bottoms[i]).slides} - done
+            ways = {i: way_along_table(motions[i], current[i]) for i in slides}
+            keep_ways_free(ways, done, current, motions, in_the_way)
+            # What is slid needs the way free; then low goals, then far ones, so that the arm need not reach over what it
+            # has built; what was blocked before comes last.
+            waiting = sorted(
+                set(range(count)) - done, key=lambda i: (i in failed, i not in slides, round(lowest[i], 2), -far[i])
+            )
             steps = [(i, motions[i], False) for i in waiting if under[i] | in_the_way[i] <= done]
             if not steps:
                 if moved_aside == 2 * count:
                     return [], waiting[0], "the objects block each other's goals in a ring"
                 steps = asides(
-                    waiting, under, in_the_way, done, current, distractors, motions, bottoms, self.table, self.rng
-                )
+                    waiting, under, in_the_way, done, current, [*distractors, *ways.values()], motions, bottoms,
+                    self.table, self.rng,
+                )  # fmt: skip
                 moved_aside += 1
             elif stop_over and moved_aside < 2 * count:
                 steps = [self._by_way(*step, current, distractors, motions, bottoms) for step in steps]

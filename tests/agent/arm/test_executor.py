@@ -56,14 +56,6 @@ def test_pick_and_place(kind, hold):
     assert placed.position_error_m < 0.03 and placed.to_dict()["kind"] == "placed"
 
 
-def test_what_the_fingers_cannot_hold_is_known_before_anything_moves():
-    """Between fingers that stand far apart a book slides down."""
-    place, goal = [(0.42, -0.15, 0.6)], [(0.47, 0.1, 0.0, 0.9)]
-    assert any(isinstance(event, Picked) for event in build(["book"], place, goal)[0])
-    failed = build(["book"], place, goal, hold="friction")[0]
-    assert [(type(event), event.reason) for event in failed] == [(PlanFailed, "no grasp fits the hand")]
-
-
 @pytest.mark.parametrize(
     "name, height, yaw", [("j2n6s300", 0.0, 90.0), ("j2n6s300", -0.12, 60.0), ("j2s6s300", 0.08, 90.0)]
 )
