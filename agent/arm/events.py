@@ -147,3 +147,37 @@ class Stopped(ArmEvent):
     name: str
     set_down: bool
     folded: bool
+
+
+@dataclass(frozen=True)
+class Noticed(ArmEvent):
+    """Something is otherwise than it should be: what the camera saw, and what is done about it.
+
+    Attributes:
+        object: `None` for something that belongs to no known object.
+        what: "moved", "gone", "appeared", "fallen" or "not in the hand".
+        detail: in words that follow the name.
+        action: "go on", "place again", "take down", "lay out anew", "leave out" or "end".
+    """
+
+    object: int | None
+    name: str
+    what: str
+    detail: str
+    action: str
+
+
+@dataclass(frozen=True)
+class Disturbed(ArmEvent):
+    """Somebody has disturbed the build on purpose; reports tell of it, and nothing that decides may read it.
+
+    Attributes:
+        disturbance: "push", "remove", "add", "drop", "topple" or "swap".
+        object: `None` for an object that was brought.
+        detail: what happened to it, in words that follow the name.
+    """
+
+    disturbance: str
+    object: int | None
+    name: str
+    detail: str
