@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.events import ArmEvent, Disturbed, Picked, PickFailed, Placed, PlaceFailed, Planned
+from agent.arm.events import Disturbed, Picked, PickFailed, Placed, PlaceFailed, Planned
 from agent.arm.interference import Deed, Interference
 from agent.arm.kinematics import JacoArm
 from agent.errors import UsageError
+from agent.event_base import Event
 from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 
 DISTURBANCES = ("push", "remove", "add", "drop", "topple", "swap")
@@ -123,7 +124,7 @@ class Disturber:
                 self._deed = self._possible()
                 self._begun = self._deed is not None
 
-    def events(self, event: ArmEvent) -> Iterator[ArmEvent]:
+    def events(self, event: Event) -> Iterator[Event]:
         """Follow an event of the build; yield what happened before it, and the event."""
         yield from self.rest()
         yield event

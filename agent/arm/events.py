@@ -125,6 +125,25 @@ class StandingChanged(ArmEvent):
 
 
 @dataclass(frozen=True)
+class Noticed(ArmEvent):
+    """Something is otherwise than it should be: what the camera or the fingers told, and what is done about it.
+
+    Attributes:
+        object: its index, or `None` for something that takes no part, or belongs to no known object.
+        name: its name; "something" where nothing known looks like it.
+        what: "moved", "gone", "appeared", "fallen" or "not in the hand".
+        detail: in words that follow the name.
+        action: "go on", "place again", "take down", "lay out anew", "leave out" or "end".
+    """
+
+    object: int | None
+    name: str
+    what: str
+    detail: str
+    action: str
+
+
+@dataclass(frozen=True)
 class PlaceFailed(ArmEvent):
     """The object could not be brought to its goal."""
 
@@ -147,24 +166,6 @@ class Stopped(ArmEvent):
     name: str
     set_down: bool
     folded: bool
-
-
-@dataclass(frozen=True)
-class Noticed(ArmEvent):
-    """Something is otherwise than it should be: what the camera saw, and what is done about it.
-
-    Attributes:
-        object: `None` for something that belongs to no known object.
-        what: "moved", "gone", "appeared", "fallen" or "not in the hand".
-        detail: in words that follow the name.
-        action: "go on", "place again", "take down", "lay out anew", "leave out" or "end".
-    """
-
-    object: int | None
-    name: str
-    what: str
-    detail: str
-    action: str
 
 
 @dataclass(frozen=True)

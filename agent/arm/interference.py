@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.events import Disturbed
 from agent.arm.kinematics import JacoArm
+from agent.errors import BadInput
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, tilt_between, transform_points
 from structdiffusion.objects.model import ObjectModel
@@ -28,12 +29,12 @@ PUSHES = (0.03, 0.08)  # m, the shortest and the longest push of the protocol
 PUSHING_SPEED = 0.15  # m/s: a hand's, and slow enough that what is pushed does not slide on
 TOPPLING_SECONDS = 0.4  # in which an object is laid down: it does not roll away from that
 FALLING_SECONDS = 0.5  # after the hand has opened: a fall from the height at which things are carried takes .3
-TALL = 1.5  # height over width from which on an object that is tipped falls on its side, not on another end
 GAP, EDGE = 0.01, 0.01  # m that has to be free around a way, and to the table's edge
 ARM_GAP = 0.04  # m between a way and the boxes around the arm's links: half a hand
 TOUCHING = 0.002  # m between what carries and what is carried
 LEVEL = 0.01  # m by which the height of a place may differ from what stands there
 AWAY = pose_from_xyz_yaw(0.0, 0.0, -20.0, 0.0)  # beyond what any camera measures, and below the table
+SPARE_RADIUS = 0.05  # m: it fits where something else of the usual size was to go
 TRIES = 24  # ways that are drawn for an object
 UPRIGHT = math.radians(10.0)  # a larger tilt is no standing object any more
 
@@ -47,9 +48,18 @@ def keep_away(world: TabletopWorld, model: ObjectModel) -> int:
     return index
 
 
-def is_tall(model: ObjectModel) -> bool:
-    """Return whether an object can be laid on its side."""
-    return model.height > TALL * float(np.ptp(model.footprint, axis=0).min())
+def spare_model(library: Sequence[ObjectModel], there: Sequence[ObjectModel], rng: np.random.Generator) -> ObjectModel:
+    """Draw an object of a library that can be put among others, if possible one that is not there yet.
+
+    Raises:
+        BadInput: if the library has none.
+    """
+    suited = [model for model in library if model.flat_bottom and model.radius < SPARE_RADIUS]
+    names = {model.name for model in there}
+    others = [model for model in suited if model.name not in names] or suited
+    if not others:
+        raise BadInput("the library has no object that is small enough to be put among the others")
+    return others[rng.integers(len(others))]
 
 
 class Interference:
@@ -88,7 +98,7 @@ class Interference:
 
     def topple(self, objects: Sequence[int], in_hand: int | None) -> Deed | None:
         """Lay one of the tall objects that stand free on the table on its side."""
-        tall = [index for index in self._free(objects) if is_tall(self.world.models[index])]
+        tall = [index for index in self._free(objects) if self.world.models[index].tall]
         for index in self._shuffled(tall):
             for _ in range(TRIES):
                 angle = self.rng.uniform(-math.pi, math.pi)
