@@ -140,6 +140,8 @@ class Disturber:
                 if not event.aside:
                     self._placed.append(event.object)
                     self._counts["placement"] += 1
+                if self._due and not self._waiting:
+                    self._do_at_once()
             case PickFailed() | PlaceFailed():
                 self._in_hand = None
 
@@ -159,6 +161,14 @@ class Disturber:
     def _waiting(self) -> list[int]:
         """The objects that are still to be placed and not in the hand."""
         return [index for index in self._order if index not in self._placed and index != self._in_hand]
+
+    def _do_at_once(self) -> None:
+        """Do it while the arm rests: after the last placement it may not move again."""
+        self._deed = self._possible()
+        self._begun = self._deed is not None
+        while self._deed is not None:
+            self._acts.world.step(TIME_STEP)
+            self.on_step()
 
     def _draw_moment(self) -> None:
         """Draw after which pick or placement it happens, and how many steps later, among those when it can."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,11 +24,13 @@ from structdiffusion.evaluation_protocol import FINAL_SECONDS
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.planners.goal_planner import GoalArrangement
+from structdiffusion.protocol.standing import standing
 from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 
 Row = dict[str, Any]
 UNDISTURBED = "none"
 KINDS = (UNDISTURBED, *DISTURBANCES)
+AS_HIGH = 0.02  # m: what is no farther off rests on something as high as what it was to rest on
 LEAVES_OUT = ("remove", "topple")  # after which an object may be left out if that is said, and the rest stands
 
 
@@ -69,8 +71,8 @@ class LoopBuild:
 
         Returns:
             The keys of the scene; "disturbance"; "to_place"; "planned"; "disturbed", what happened in words, or
-            "why_not"; "said", how many objects the tool says stand; "success" of the goal, or of what is left of it
-            without what the tool rightly says is lost; "false_done"; "noticed"; "replans"; "failed_checks"; "happened",
+            "why_not"; "said", how many objects the tool says stand; "success" of the goal, or where it rightly says
+            what is lost and that the rest stands, of the rest; "false_done"; "noticed"; "replans"; "failed_checks"; "happened",
             the events in short; "arm_seconds" of physics; "seconds".
         """
         started = time.perf_counter()
@@ -135,19 +137,30 @@ class LoopBuild:
         disturbed, lost = account.disturbed, set[int]()
         if failed and kind in LEAVES_OUT and disturbed is not None and disturbed.object is not None:
             lost = {disturbed.object} - account.stands
-        if lost:
+        told = wanted - lost <= account.stands
+        if lost and planned is not None and told:
             failed = failed_checks(world, self.scene, self.order, moved, {self.order[k] for k in lost})
-        said = wanted - lost <= account.stands
+            if kind == "topple" and self._in_place(world, planned.arrangement, wanted - lost):
+                failed = []
         return {
             "planned": planned is not None,
             "disturbed": None if disturbed is None else f"{disturbed.name} {disturbed.detail}",
             "said": len(account.stands & wanted),
-            "success": planned is not None and not failed and (said or not lost),
-            "false_done": planned is not None and said and not account.gave_up and bool(failed),
+            "success": planned is not None and not failed,
+            "false_done": not account.gave_up and wanted <= account.stands | account.left_out & lost and bool(failed),
             "noticed": account.noticed,
             "replans": account.replans,
             "failed_checks": failed,
         }
+
+    def _in_place(self, world: TabletopWorld, arrangement: int, objects: Collection[int]) -> bool:
+        """Return whether objects stand where an arrangement puts them, each by itself."""
+        for index in objects:
+            goal = self.motions[arrangement][index] @ self.scene.world_from_initial[self.order[index]]
+            high = abs(world.pose(index)[2, 3] - goal[2, 3]) > AS_HIGH
+            if high or not standing(world, index, goal).stands:
+                return False
+        return True
 
 
 def _short(event: Event) -> str:

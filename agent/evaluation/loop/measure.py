@@ -8,25 +8,31 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import torch
+
 from agent.arm.disturbances import DISTURBANCES
-from agent.evaluation.goals.solve import solve_goal_scene
 from agent.evaluation.loop.build import KINDS, UNDISTURBED, LoopBuild
 from agent.evaluation.loop.config import LoopConfig, checked
 from agent.evaluation.loop.rates import rates_of
 from agent.evaluation.report import REPORT, report_frame
 from agent.evaluation.result_store import ResultStore, store_folder
 from agent.evaluation.rows import LOST, Row, measured
-from agent.pipeline.candidates import checked_planner
+from agent.evaluation.scenes import SENTENCE_PLANNERS
+from agent.pipeline.candidates import checked_planner, is_viable
 from agent.pipeline.resources import ResourceCache
+from agent.pipeline.run import make_goal
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import workforce
+from grounding.spec import SpecError
 from structdiffusion.benchmark.goal_names import LOOP_FAMILIES
-from structdiffusion.benchmark.goals import draw_goal_scene
+from structdiffusion.benchmark.goals import GoalScene, draw_goal_scene
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
+from structdiffusion.observation import Scene
 from structdiffusion.parallel import Lost
-from structdiffusion.planners.goal_planner import GoalPlanner
+from structdiffusion.planners.goal_planner import GoalArrangement
+from structdiffusion.structures.structure import LayoutError
 
 NO_SCENE = "no_scene"  # key of the reason in a row for which no scene can be drawn from these objects
 
@@ -117,9 +123,22 @@ class _Loaded:
     def __init__(self, library: tuple[ObjectModel, ...]) -> None:
         self.objects, self._cache = library, ResourceCache()
 
-    def planner(self, config: LoopConfig) -> GoalPlanner:
-        """Return the planner of goals that uses the planner of a name for its structures."""
-        return self._cache.goal_planner(config.model, config.weights, config.allow_unverified)
+    def proposed(self, config: LoopConfig, scene: GoalScene) -> tuple[Scene, list[GoalArrangement]]:
+        """Observe a scene, and return the observation and the arrangements that are worth a try, best first."""
+        planner = self._cache.goal_planner(config.model, config.weights, config.allow_unverified)
+        observed, spec = scene.observed(), scene.goal.plain_spec
+        words = {}
+        if spec is not None and config.model in SENTENCE_PLANNERS:
+            asked = make_goal(spec, self._cache.encoder)
+            words = {"sentence": asked.sentence, "embedding": asked.embedding}
+        generator = torch.Generator().manual_seed(scene.planning_seed)
+        try:
+            found = planner.propose(
+                observed, scene.goal, count=config.candidates, generator=generator, colors=scene.colors, **words
+            )
+        except (LayoutError, SpecError):
+            found = []
+        return observed, [arrangement for arrangement in found if is_viable(arrangement)]
 
 
 def _build_job(config: LoopConfig, loaded: _Loaded, job: _Job) -> list[Row]:
@@ -128,8 +147,7 @@ def _build_job(config: LoopConfig, loaded: _Loaded, job: _Job) -> list[Row]:
         scene = draw_goal_scene(loaded.objects, job.family, job.number, seed=config.seed, accepted=job.draw)
     except SceneError as error:
         return _rows_without(job, config.seed, NO_SCENE, str(error))
-    _, observed, arrangements = solve_goal_scene(loaded.planner(config), scene, config.candidates)
-    build = LoopBuild(scene, observed, arrangements, config.hold, loaded.objects)
+    build = LoopBuild(scene, *loaded.proposed(config, scene), config.hold, loaded.objects)
     return [build.row(kind) for kind in job.kinds]
 
 

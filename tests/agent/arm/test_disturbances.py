@@ -75,6 +75,14 @@ def test_a_disturbance_after_a_placement():
     assert before(happened, Placed)[0] == 2
 
 
+def test_a_disturbance_after_the_last_placement():
+    happened, disturber = built("push@2", count=2)
+    (place,) = [k for k, event in enumerate(happened) if isinstance(event, Disturbed)]
+    assert before(happened, Placed)[0] == 2 and disturber.why_not == ""
+    (again,) = [event for event in happened[place:] if isinstance(event, Placed)]
+    assert again.object == happened[place].object and again.again.startswith("stood ")
+
+
 def test_what_does_not_happen_says_why():
     happened, disturber = built("push@9", count=2)
     assert not any(isinstance(event, Disturbed) for event in happened)

@@ -30,6 +30,11 @@ def test_what_stands_is_what_was_said_last():
     assert account_of([placed(0), noticed(0), placed(0)]).stands == {0}
 
 
+def test_what_is_left_out():
+    assert account_of([placed(0), noticed(0, "leave out")]).left_out == {0} and account_of([noticed(0)]).left_out == set()
+    assert account_of([noticed(0, "lay out anew"), placed(0)]).left_out == set()
+
+
 def test_whether_it_gave_up():
     assert not account_of([noticed(0)]).gave_up and account_of([noticed(None, "end")]).gave_up
     assert account_of([Stopped(None, "", False, True)]).gave_up
