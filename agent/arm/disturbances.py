@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.arm.events import Disturbed, Picked, PickFailed, Placed, PlaceFailed, Planned
-from agent.arm.interference import Deed, Interference
+from agent.arm.interference import LEVEL, Deed, Interference
 from agent.arm.kinematics import JacoArm
 from agent.errors import UsageError
 from agent.event_base import Event
@@ -103,7 +103,7 @@ class Disturber:
         if self._arrangement is None:
             why = "nothing was built"
         elif self._moment is None:
-            why = "too few objects are moved"
+            why = "there will be nothing to which it could be done"
         elif self._counts[self._moment[0]] < self._moment[1]:
             count = self._counts[self._moment[0]]
             why = f"there {'was' if count == 1 else 'were'} only {count} {self._moment[0]}{'s' * (count != 1)}"
@@ -175,16 +175,47 @@ class Disturber:
         if self.disturbance.at is not None:
             self._moment = "placement", self.disturbance.at
             return
-        count = len(self._order)
-        # While the last one is in the hand nothing else waits for its place; and of two that change places neither may
-        # be in the hand.
-        last = count - {"add": 1, "swap": 2}.get(self.disturbance.kind, 0)
-        moments = [("pick", number) for number in range(1, last + 1)]
-        if self.disturbance.kind != "drop":  # for which something has to be in the hand
-            moments += [("placement", number) for number in range(1, min(last, count - 1) + 1)]
+        order, moments = self._order, list[tuple[str, int]]()
+        for number in range(1, len(order) + 1):
+            waiting = order[number:]
+            if self._offers(waiting, order[: number - 1], True):
+                moments.append(("pick", number))
+            if waiting and self._offers(waiting, order[:number], False):
+                moments.append(("placement", number))
         if moments:
             self._moment = moments[self._rng.integers(len(moments))]
             self._wait = int(self._rng.uniform(0.0, LONGEST_WAIT) / TIME_STEP)
+
+    def _offers(self, waiting: Sequence[int], placed: Sequence[int], in_hand: bool) -> bool:
+        """Return whether there will be an object to which it can be done, if all goes as planned.
+
+        Args:
+            waiting, placed: the objects then.
+            in_hand: whether there is another one in the hand.
+        """
+        goals = self._goals[self._arrangement]
+        free = [
+            *waiting,
+            *(index for index in placed if goals[index][2, 3] < LEVEL and not self._covered(index, placed)),
+        ]
+        match self.disturbance.kind:
+            case "drop":
+                return in_hand
+            case "swap":
+                return len(waiting) >= 2
+            case "add":
+                return len(waiting) >= 1
+            case "topple":
+                return any(self._acts.world.models[index].tall for index in free)
+            case _:
+                return bool(free)
+
+    def _covered(self, index: int, placed: Sequence[int]) -> bool:
+        """Return whether something else that is placed stands on an object."""
+        goals = self._goals[self._arrangement]
+        above = (goals[other][:3, 3] - goals[index][:3, 3] for other in placed if other != index)
+        radius = self._acts.world.models[index].radius
+        return any(way[2] > LEVEL and np.hypot(way[0], way[1]) < radius for way in above)
 
     def _possible(self) -> Deed | None:
         """Return the deed of this kind for which there is an object and a way now; `None` if there is none."""

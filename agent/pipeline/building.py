@@ -11,15 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.arm.events import (
-    Disturbed,
-    Picked,
-    Placed,
-    PlaceFailed,
-    PlanFailed,
-    Planned,
-    StandingChanged,
-)
+from agent.arm.events import Disturbed, Picked, Placed, PlaceFailed, PlanFailed, Planned, StandingChanged
 from agent.arm.placement_rules import PlacementRules, moving
 from agent.errors import ExecutionFailed
 from agent.event_base import Event
@@ -91,25 +83,18 @@ def build_with_arm(
         if on_step is not None:
             on_step(table)
 
-    def told(event: Event) -> Iterator[Event]:
-        for one in (event,) if disturber is None else disturber.events(event):
-            yield from progress.with_context(one)
-
     listeners = BuildListeners(after_step, on_check, log)
     with nullcontext() if reel is None else reel:
         try:
-            work = build_structure(
+            work: Generator[Event, None, None] = build_structure(
                 table.world, table.arm, scene, arrangements, rng=rng, rules=rules, listeners=listeners
             )
-            yield from forward_events(work, told)
+            if disturber is not None:
+                work = _disturbed(work, disturber)
+            yield from forward_events(work, progress.with_context)
         except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
             yield from progress.film()
             raise
-        if disturber is not None:
-            for event in disturber.rest():
-                yield from progress.with_context(event)
-            if why_not := disturber.why_not:
-                yield events.Noted(why_not)
         yield from progress.film()
     motions = arrangements[progress.index].goal_from_initial
     yield from _judge(table, wanted, moving(motions), motions @ initial, progress)
@@ -240,6 +225,14 @@ def forward_events(
             event = work.throw(interruption)
         else:
             event = next(work, None)
+
+
+def _disturbed(work: Generator[Event, None, None], disturber: Disturber) -> Generator[Event, None, None]:
+    """Yield the events of the arm among those that tell what disturbed it, or why nothing did."""
+    yield from forward_events(work, disturber.events)
+    yield from disturber.rest()
+    if why_not := disturber.why_not:
+        yield events.Noted(why_not)
 
 
 def _judge(
