@@ -71,9 +71,9 @@ class LoopBuild:
 
         Returns:
             The keys of the scene; "disturbance"; "to_place"; "planned"; "disturbed", what happened in words, or
-            "why_not"; "said", how many objects the tool says stand; "success" of the goal, or where it rightly says
-            what is lost and that the rest stands, of the rest; "false_done"; "noticed"; "replans"; "failed_checks"; "happened",
-            the events in short; "arm_seconds" of physics; "seconds".
+            "why_not"; "said", how many objects the tool says stand; "success" of the goal, or of the rest of it where
+            the tool rightly says what is lost and that the rest stands; "false_done"; "noticed"; "replans";
+            "failed_checks"; "happened", the events in short; "arm_seconds" of physics; "seconds".
         """
         started = time.perf_counter()
         row = scene_row(self.scene) | {"disturbance": kind, "to_place": len(self.wanted.movable)}
