@@ -45,8 +45,8 @@ class Disturbance:
         whole = number.isascii() and number.isdigit() and len(number) <= 3
         if kind not in DISTURBANCES or (mark and not (whole and int(number) > 0)):
             raise UsageError(
-                f"--disturb cannot be {text[:40]!r}; legal values: {', '.join(DISTURBANCES)}, alone or with @K for after "
-                "the K-th placement, K from 1, such as push@2"
+                f"--disturb cannot be {text[:40]!r}; legal values: {', '.join(DISTURBANCES)}, alone or with @K for "
+                "after the K-th placement, K from 1, such as push@2"
             )
         return cls(kind, int(number) if mark else None)
 

@@ -227,7 +227,7 @@ class Interference:
         return [index for index in objects if stands(index)]
 
     def _clear(self, points: np.ndarray, own: Sequence[int], in_hand: int | None) -> bool:
-        """Return whether the hull of points (P, 3) is on the table, and clear of the arm and of everything but `own`."""
+        """Return whether the hull of points (P, 3) is on the table, and clear of the arm and of all but `own`."""
         outline, table = _outline(points), self.world.table
         edge = np.array(((EDGE, EDGE), (EDGE, -EDGE), (-EDGE, EDGE), (-EDGE, -EDGE)))
         if table.overhang((outline[:, None] + edge).reshape(-1, 2)):

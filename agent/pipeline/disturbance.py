@@ -32,8 +32,8 @@ def check_disturbance(disturbance: Disturbance, scene: str, execute: bool) -> No
     path = Path(scene)
     if scene == EXAMPLE or path.suffix.lower() in RECORDINGS or (scene and path.is_dir()):
         raise UsageError(
-            f"--disturb {disturbance} is for simulated scenes, and --scene {shortened(scene)!r} is a recording of a real "
-            "one"
+            f"--disturb {disturbance} is for simulated scenes, and --scene {shortened(scene)!r} is a recording of a "
+            "real one"
         )
     if not execute:
         raise UsageError(

@@ -157,7 +157,7 @@ class TableScene:
         return lowest if lowest > _LEAST_STEP else 0.0
 
     def keep_away(self, model: ObjectModel) -> int:
-        """Add an object that is nowhere on the table yet, where nobody sees it; return its index in `world`, the last."""
+        """Add an object that is not on the table yet, where nobody sees it; return its index in `world`, the last."""
         name = f"new {model.category}"
         while name in self.names:
             name = f"another {name}"

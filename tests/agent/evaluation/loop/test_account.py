@@ -26,12 +26,14 @@ def test_what_stands_is_what_was_said_last():
     assert account_of([placed(0), StandingChanged(0, "can 0", False, "lies", "can 1 was placed")]).stands == frozenset()
     assert account_of([placed(0), picked(0)]).stands == account_of([placed(0), PlaceFailed(0, "", "")]).stands == set()
     assert account_of([placed(0, aside=True)]).stands == set()
-    assert account_of([placed(0), noticed(0)]).stands == set() and account_of([placed(0), noticed(0, "go on")]).stands == {0}
+    assert account_of([placed(0), noticed(0)]).stands == set()
+    assert account_of([placed(0), noticed(0, "go on")]).stands == {0}
     assert account_of([placed(0), noticed(0), placed(0)]).stands == {0}
 
 
 def test_what_is_left_out():
-    assert account_of([placed(0), noticed(0, "leave out")]).left_out == {0} and account_of([noticed(0)]).left_out == set()
+    assert account_of([placed(0), noticed(0, "leave out")]).left_out == {0}
+    assert account_of([noticed(0)]).left_out == set()
     assert account_of([noticed(0, "lay out anew"), placed(0)]).left_out == set()
 
 
