@@ -90,8 +90,9 @@ def run(
     disturb: Annotated[
         str | None,
         typer.Option(
-            metavar="push|remove|add|drop|topple|swap[@K]",
-            help="Disturb the build once, at a random moment or after the K-th placement. For simulated scenes.",
+            metavar="KIND[@K]",
+            help="Disturb the build once, at a random moment or after the K-th placement: push, remove, add, drop, "
+            "topple or swap. For simulated scenes.",
         ),
     ] = None,
     export_trajectory: Annotated[
