@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -73,7 +74,7 @@ class LoopBuild:
             The keys of the scene; "disturbance"; "to_place"; "planned"; "disturbed", what happened in words, or
             "why_not"; "said", how many objects the tool says stand; "success" of the goal, or of the rest of it where
             the tool rightly says what is lost and that the rest stands; "false_done"; "noticed"; "replans";
-            "failed_checks"; "happened", the events in short; "arm_seconds" of physics; "seconds".
+            "failed_checks"; "happened", the events in short, repeated ones once; "arm_seconds" of physics; "seconds".
         """
         started = time.perf_counter()
         row = scene_row(self.scene) | {"disturbance": kind, "to_place": len(self.wanted.movable)}
@@ -85,7 +86,7 @@ class LoopBuild:
             row |= self._judged(world, kind, happened)
         return row | {
             "why_not": "" if disturber is None else disturber.why_not,
-            "happened": [_short(event) for event in happened],
+            "happened": [line for line, _ in groupby(map(_short, happened))],
             "arm_seconds": round(steps * TIME_STEP, 2),
             "seconds": round(time.perf_counter() - started, 2),
         }
