@@ -125,6 +125,25 @@ class StandingChanged(ArmEvent):
 
 
 @dataclass(frozen=True)
+class Noticed(ArmEvent):
+    """Something is otherwise than it should be: what the camera or the fingers told, and what is done about it.
+
+    Attributes:
+        object: its index, or `None` for something that takes no part, or belongs to no known object.
+        name: its name; "something" where nothing known looks like it.
+        what: "moved", "gone", "appeared", "fallen" or "not in the hand".
+        detail: in words that follow the name.
+        action: "go on", "place again", "take down", "lay out anew", "leave out" or "end".
+    """
+
+    object: int | None
+    name: str
+    what: str
+    detail: str
+    action: str
+
+
+@dataclass(frozen=True)
 class PlaceFailed(ArmEvent):
     """The object could not be brought to its goal."""
 
@@ -147,3 +166,19 @@ class Stopped(ArmEvent):
     name: str
     set_down: bool
     folded: bool
+
+
+@dataclass(frozen=True)
+class Disturbed(ArmEvent):
+    """Somebody has disturbed the build on purpose; reports tell of it, and nothing that decides may read it.
+
+    Attributes:
+        disturbance: "push", "remove", "add", "drop", "topple" or "swap".
+        object: `None` for an object that was brought.
+        detail: what happened to it, in words that follow the name.
+    """
+
+    disturbance: str
+    object: int | None
+    name: str
+    detail: str

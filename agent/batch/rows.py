@@ -268,6 +268,8 @@ def fingerprint(text: str, options: RunOptions) -> str:
         del decides["allow_unverified"]
     if options.hold == "weld":  # likewise
         del decides["hold"]
+    if options.disturb is None:  # likewise
+        del decides["disturb"]
     del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():

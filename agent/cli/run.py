@@ -87,6 +87,14 @@ def run(
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
     hold: HoldOption = Hold.weld,
+    disturb: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND[@K]",
+            help="Disturb the build once, at a random moment or after the K-th placement: push, remove, add, drop, "
+            "topple or swap. For simulated scenes.",
+        ),
+    ] = None,
     export_trajectory: Annotated[
         list[Path] | None,
         typer.Option(
@@ -109,6 +117,13 @@ def run(
     replaced, text = text, as_text(text)
     if text.count(NO_TEXT) > replaced.count(NO_TEXT):
         raise BadInput(f"the instruction {text!r} has a byte that is not UTF-8 text, shown as {NO_TEXT}")
+    disturbance = None
+    if disturb is not None:
+        from agent.arm.disturbances import Disturbance
+        from agent.pipeline.disturbance import check_disturbance
+
+        disturbance = Disturbance.parse(disturb)
+        check_disturbance(disturbance, scene, execute)
     claim_folder(out, "run", force)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     trajectories = export_trajectory or []
@@ -120,7 +135,9 @@ def run(
         for path in trajectories:
             check_export(path)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
+    options = RunOptions(
+        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, disturbance
+    )
     with folder_or_new(out, f"seed{seed}") as folder:
         outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
     if outcome["exit_code"] != DONE:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.arm.events import Picked, Placed, PlaceFailed, PlanFailed, Planned, StandingChanged
+from agent.arm.events import Disturbed, Picked, Placed, PlaceFailed, PlanFailed, Planned, StandingChanged
 from agent.arm.placement_rules import PlacementRules, moving
 from agent.errors import ExecutionFailed
 from agent.event_base import Event
@@ -19,6 +19,7 @@ from agent.pipeline.event_builders import chosen_event, describe_aside
 from agent.pipeline.table_goal import TableGoal
 
 if TYPE_CHECKING:
+    from agent.arm.disturbances import Disturber
     from agent.pipeline.film import Film
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.table_scene import TableScene
@@ -40,6 +41,7 @@ def build_with_arm(
     on_step: Callable[[TableScene], None] | None = None,
     on_check: Callable[[], None] | None = None,
     log: TrajectoryLog | None = None,
+    disturber: Disturber | None = None,
 ) -> Generator[Event, None, None]:
     """Build with the arm, take a picture after every placement, and check the result.
 
@@ -54,6 +56,7 @@ def build_with_arm(
         on_step: called after every physics step while the arm is at work.
         on_check: called for every configuration that the planning of motions checks.
         log: gets every motion of the arm.
+        disturber: disturbs the build.
 
     Raises:
         ExecutionFailed: if an object could not be placed, or the result does not stand as asked.
@@ -75,15 +78,19 @@ def build_with_arm(
     def after_step() -> None:
         if reel is not None:
             reel.step()
+        if disturber is not None:
+            disturber.on_step()
         if on_step is not None:
             on_step(table)
 
     listeners = BuildListeners(after_step, on_check, log)
     with nullcontext() if reel is None else reel:
         try:
-            work = build_structure(
+            work: Generator[Event, None, None] = build_structure(
                 table.world, table.arm, scene, arrangements, rng=rng, rules=rules, listeners=listeners
             )
+            if disturber is not None:
+                work = _disturbed(work, disturber)
             yield from forward_events(work, progress.with_context)
         except (Exception, KeyboardInterrupt):  # not `finally`: a generator that is closed may yield nothing more
             yield from progress.film()
@@ -180,6 +187,8 @@ class _BuildProgress:
         self._follow(event)
         if isinstance(event, Picked) and self._reel is not None and (picture := self._reel.draw()) is not None:
             yield events.Pictured(f"placement-{len(self.placed) + 1}-picked", f"{event.name} in the hand", picture)
+        if isinstance(event, Disturbed):
+            yield self.pictured("placement-disturbed", f"after the disturbance: {event.name} {event.detail}")
         if isinstance(event, Placed) and not event.aside:
             number = len(self.placed)
             caption = f"after placement {number}: {event.name}"
@@ -216,6 +225,14 @@ def forward_events(
             event = work.throw(interruption)
         else:
             event = next(work, None)
+
+
+def _disturbed(work: Generator[Event, None, None], disturber: Disturber) -> Generator[Event, None, None]:
+    """Yield the events of the arm among those that tell what disturbed it, or why nothing did."""
+    yield from forward_events(work, disturber.events)
+    yield from disturber.rest()
+    if why_not := disturber.why_not:
+        yield events.Noted(why_not)
 
 
 def _judge(

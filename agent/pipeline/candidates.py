@@ -13,6 +13,7 @@ from structdiffusion.planners.registry import PLANNERS, legal_instead_of
 
 if TYPE_CHECKING:
     from structdiffusion.planners.factory import Planner
+    from structdiffusion.planners.goal_planner import GoalArrangement
 
 # An arrangement that its own scores give less than this is not worth a try.
 LEAST_SCORE = 0.05
@@ -50,7 +51,7 @@ def checked_planner(name: str, weights: Path | None, allow_unverified: bool = Fa
     return load_planner(name, weights)
 
 
-def is_viable(arrangement: Arrangement) -> bool:
+def is_viable(arrangement: Arrangement | GoalArrangement) -> bool:
     """Return whether its total score is at least `LEAST_SCORE`, or it stood when it was tried in physics.
 
     The more objects there are, the smaller is the product of all scores, good as they may be.

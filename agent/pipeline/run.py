@@ -17,6 +17,7 @@ from agent.arm.fixed_objects import describe_fixed, with_fixed
 from agent.errors import DONE, BadInput, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm
+from agent.pipeline.disturbance import check_disturbance, make_disturber
 from agent.pipeline.event_builders import (
     chosen_event,
     describe_aside,
@@ -33,6 +34,7 @@ from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_ta
 from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
+    from agent.arm.disturbances import Disturbance
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
@@ -58,6 +60,7 @@ class RunOptions:
         recorded: how a recording is taken.
         allow_unverified: take checkpoints that are not what their cards say.
         hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        disturb: what disturbs the build; `None` for nothing.
     """
 
     scene: str = "simulated"
@@ -70,6 +73,7 @@ class RunOptions:
     recorded: RecordedOptions = RecordedOptions()
     allow_unverified: bool = False
     hold: str = "weld"
+    disturb: Disturbance | None = None
 
 
 def run_instruction(
@@ -125,6 +129,8 @@ class _Run:
     def steps(self) -> Iterator[Event]:
         options, cache = self.options, self.cache
         source, opening = None, 0.0
+        if options.disturb is not None:
+            check_disturbance(options.disturb, options.scene, options.execute)
         if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
             self.step, began = "scene", time.perf_counter()
             source = cache.source(options.scene, options.objects, options.recorded)
@@ -238,7 +244,12 @@ class _Run:
         from agent.recordings.trajectory_export import TrajectoryLog
 
         log = TrajectoryLog() if self.trajectories else None
-        building = build_with_arm(table, scene, wanted, arrangements, self.options.seed, on_step=self.on_step, log=log)
+        options, disturber = self.options, None
+        if options.disturb is not None:
+            disturber = make_disturber(options.disturb, table, arrangements, options.objects, options.seed)
+        building = build_with_arm(
+            table, scene, wanted, arrangements, options.seed, on_step=self.on_step, log=log, disturber=disturber
+        )
         try:
             yield from self._checked_late(building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too

@@ -76,6 +76,8 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
             if payload["object"] is not None:
                 hand = f"and set {held} down" if payload["set_down"] else f"with {held} in the hand"
             return f"stopped {hand}; the arm {'has folded' if payload['folded'] else 'stays where it is'}"
+        case "disturbed":
+            return f"disturbed on purpose ({payload['disturbance']}): {payload['name']} {payload['detail']}"
         case kind:
             return kind.replace("_", " ")
 

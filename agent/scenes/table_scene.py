@@ -12,6 +12,7 @@ from typing import Self
 import numpy as np
 
 from agent.arm.arm_model import DEFAULT_MODEL, arm_model
+from agent.arm.interference import keep_away
 from agent.arm.kinematics import JacoArm, Kinematics
 from agent.arm.recorded_state import stand
 from agent.arm.recovery import AT_HOME, is_folded, tidy_up
@@ -154,6 +155,19 @@ class TableScene:
         """Return z of the surface under an object at the pose, from its true shape: a scene file may stack objects."""
         lowest = float(pose[2, 3]) + lowest_point(self.models[index], pose)
         return lowest if lowest > _LEAST_STEP else 0.0
+
+    def keep_away(self, model: ObjectModel) -> int:
+        """Add an object that is not on the table yet, where nobody sees it; return its index in `world`, the last."""
+        name = f"new {model.category}"
+        while name in self.names:
+            name = f"another {name}"
+        index = keep_away(self.world, model)
+        self.models, self.names = (*self.models, model), (*self.names, name)
+        self.display_names, self._attributes = (*self.display_names, name), (*self._attributes, attributes_of(model))
+        self._place[name] = index
+        self.world_from_initial = np.concatenate((self.world_from_initial, self.world.pose(index)[None]))
+        self.__dict__.pop("film_camera", None)  # it films what it knew of
+        return index
 
     @property
     def fallen(self) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -108,13 +108,13 @@ class Cast:
         return [rest[i] for i in self._rng.permutation(len(rest))]
 
 
-def draw_goal(family: str, library: Sequence[ObjectModel], number: int, rng: Rng) -> DrawnGoal:
+def draw_goal(family: Family, library: Sequence[ObjectModel], number: int, rng: Rng) -> DrawnGoal:
     """Draw the objects and the goal of a scene; the kinds of a family take turns by its number.
 
     Raises:
         SceneError: if the library lacks objects for it.
     """
-    draw, kinds = FAMILIES[family]
+    draw, kinds = family
     possible = [kind for kind in kinds if kind not in _NEEDS or any(map(_NEEDS[kind], library))]
     kind = possible[number % len(possible)]
     cast = Cast(library, rng)
@@ -296,9 +296,9 @@ def color_of(model: ObjectModel) -> str:
     return model.name.rsplit("_", 1)[-1] if model.source == "blocks" else ""
 
 
-_Draw = Callable[[Cast, str, Rng], list[Part]]
-# Family -> how it is drawn, and its kinds, which take turns.
-FAMILIES: Mapping[str, tuple[_Draw, tuple[str, ...]]] = {
+# How a family is drawn, and its kinds, which take turns.
+Family: TypeAlias = tuple[Callable[[Cast, str, Rng], list[Part]], tuple[str, ...]]
+FAMILIES: Mapping[str, Family] = {
     "two-structures": (_two_structures, _COMPOSED),
     "structure-and-relation": (_structure_and_relation, (*DIRECTIONAL, "next to")),
     "relations": (_relations, ("2 relations", "3 relations", "4 relations")),

@@ -15,6 +15,7 @@ from scipy.spatial import ConvexHull
 from grounding.goals.goal import Goal
 from structdiffusion.benchmark.goal_families import FAMILIES, color_of, draw_goal
 from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
+from structdiffusion.benchmark.loop_families import LOOP_FAMILIES
 from structdiffusion.benchmark.rival_checks import RIVALS
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.footprints import clear_gap, turned
@@ -29,6 +30,7 @@ from structdiffusion.structures.bodies import PlacedBody
 
 _MAX_DRAWS = 200
 _INITIAL_GAP, _EDGE = 0.02, 0.01  # m, between initial footprints, and to the table's edge
+_FAMILIES = {**FAMILIES, **LOOP_FAMILIES}  # their order counts in every seed
 _DRAWING, _SENSING, _PLANNING = range(3)  # purposes of a scene's random generators
 
 
@@ -37,7 +39,7 @@ class GoalScene:
     """One scene to solve.
 
     Attributes:
-        family: one of `FAMILIES`.
+        family: one of `FAMILIES` or `LOOP_FAMILIES`.
         kind: which of its kinds it is.
         number: its index among those of the family, from 0.
         seed: the base seed.
@@ -112,7 +114,7 @@ def draw_goal_scene(
 
     Args:
         library: the objects.
-        family: one of `FAMILIES`.
+        family: one of `FAMILIES` or `LOOP_FAMILIES`.
         number: the index of the scene among those of this family.
         seed: library, seed, family and number determine the scene.
         table: the table top.
@@ -126,7 +128,7 @@ def draw_goal_scene(
     for draw in range(_MAX_DRAWS) if accepted is None else (accepted,):
         rng = _generator(seed, family, number, draw, _DRAWING)
         try:
-            drawn = draw_goal(family, library, number, rng)
+            drawn = draw_goal(_FAMILIES[family], library, number, rng)
             poses = _scatter(drawn.models, table, rng)
             motions = ReferenceSearch(drawn.models, poses, drawn.goal, table, rng).motions()
             scene = GoalScene(family, drawn.kind, number, seed, draw, drawn.models, poses, drawn.goal, motions, table)
@@ -172,4 +174,4 @@ def _body(name: str, model: ObjectModel, pose: np.ndarray) -> PlacedBody:
 
 
 def _generator(seed: int, family: str, number: int, draw: int, purpose: int) -> np.random.Generator:
-    return np.random.default_rng((seed, list(FAMILIES).index(family), number, draw, purpose))
+    return np.random.default_rng((seed, list(_FAMILIES).index(family), number, draw, purpose))

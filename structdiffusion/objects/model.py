@@ -20,6 +20,7 @@ from structdiffusion.footprints import outline_centroid
 from structdiffusion.objects.rigid_body import MassProperties, mass_properties, solid_content, surface_content
 
 SURFACE_POINTS = 1024
+TALL = 1.5  # height over width of what people call tall: a brick on end is, a cube is not
 
 
 class ObjectError(ValueError):
@@ -89,6 +90,11 @@ class ObjectModel:
     def radius(self) -> float:
         """Return the distance from the origin to the farthest footprint point, metres."""
         return float(np.linalg.norm(self.footprint, axis=1).max())
+
+    @cached_property
+    def tall(self) -> bool:
+        """Return whether it lies on its side, and not on another end, once it has been tipped over."""
+        return self.height > TALL * float(np.ptp(self.footprint, axis=0).min())
 
     @cached_property
     def stackable(self) -> bool:

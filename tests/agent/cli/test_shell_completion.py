@@ -30,8 +30,8 @@ def words(program, *line: str) -> list[str]:
     ("line", "offered"),
     [
         (["ev"], ["evaluate"]),
-        (["evaluate", ""], ["success", "goals", "arm", "picks", "recordings", "segmentation", "nouns", "completion", "parse",
-                            "language", "discriminators", "coverage", "chat"]),
+        (["evaluate", ""], ["success", "goals", "arm", "loop", "picks", "recordings", "segmentation", "nouns", "completion",
+                            "parse", "language", "discriminators", "coverage", "chat"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
         (["run", "--viewp"], ["--viewpoint"]),
@@ -44,6 +44,7 @@ def words(program, *line: str) -> list[str]:
         (["run", "--viewpoint", "robot", "--viewp"], []),  # once is enough
         (["evaluate", "parse", "--parser", "llm", "--parser", ""], ["embedding", "llm"]),
         (["evaluate", "parse", "--parser", "llm", "--pars"], ["--parser"]),
+        (["evaluate", "loop", "--disturb", "s"], ["swap"]),
         (["run", "--json", ""], []),  # a switch takes no value
         (["run", "--seed", ""], []),
         (["scene", "new", "--shape", "t"], ["tower", "table setting", "triangle"]),

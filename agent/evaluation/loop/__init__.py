@@ -1,0 +1,1 @@
+"""Measure what a build does when somebody disturbs it: `structagent evaluate loop`."""
