@@ -19,6 +19,7 @@ HALTING_SECONDS = 0.2
 THIRD_FINGER_SECONDS = 0.3  # that the third finger gets after both sides touch
 SQUEEZE = np.array([0.02, 0.2, 0.2])  # rad beyond contact that the motors of the thumb and fingers 2 and 3 aim for
 SQUEEZING_SECONDS = 0.3
+FLAT_SQUEEZE = 0.25  # share of the force on what is flat: cutlery is light, and rolls between fingers that press harder
 SLIDING_SPEED = 0.2  # of the joints' limits, with an object that the table carries
 GRIP_ITERATIONS = 200  # of the engine's solver, which it takes to bring the motors' torque to the contacts
 
@@ -107,12 +108,16 @@ class ArmDriver:
             self.step()
         self.wait(0.08)
 
-    def close(self, body: int, squeeze: bool = True) -> set[int]:
+    def close(self, body: int, squeeze: float = 1.0) -> set[int]:
         """Close the fingers until they touch `body` on both sides; return which fingers touch.
 
         Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets a
         little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against them
-        both where it is. Without `squeeze` they stay where they touch.
+        both where it is.
+
+        Args:
+            body: what they close on.
+            squeeze: share of that effort; with 0 the fingers stay where they touch.
         """
         self._begin("close hand")
         arm = self.arm
@@ -132,7 +137,8 @@ class ArmDriver:
             patience -= 0 in touched and len(touched) >= 2
         if arm.welds or not squeeze:
             return touched
-        arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, FINGER_EFFORT / 2, FINGER_EFFORT / 2))
+        effort = squeeze * FINGER_EFFORT / 2
+        arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, effort, effort))
         self.wait(SQUEEZING_SECONDS)
         return arm.touching(body)
 

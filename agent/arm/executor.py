@@ -19,7 +19,7 @@ import numpy as np
 
 from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.build_listeners import BuildListeners
-from agent.arm.controller import CARTESIAN_SPEED, SLIDING_SPEED, ArmDriver
+from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, ArmDriver
 from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, PlaceFailed, Stopped
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import JacoArm
@@ -273,7 +273,9 @@ class _Builder:
         before = self._pose_before
         slides = plan.grasp.slides
         # Between the fingers a rim is caught without pressing, which would drive them out of it.
-        touching = self.driver.close(body, squeeze=not (slides and plan.grasp.kind == "rim"))
+        caught = slides and plan.grasp.kind == "rim"
+        squeeze = 0.0 if caught else FLAT_SQUEEZE if plan.grasp.kind == "flat" else 1.0
+        touching = self.driver.close(body, squeeze)
         after = self.world.pose(plan.object)
         slip = float(np.linalg.norm(after[:3, 3] - before[:3, 3]))
         slip_angle = turn_of(before[:3, :3].T @ after[:3, :3])

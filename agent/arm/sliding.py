@@ -53,7 +53,7 @@ def keep_ways_free(
                 continue
             if way.intersects(MultiPoint(cloud[:, :2]).convex_hull):
                 in_the_way[i].add(j)
-            elif way.intersects(MultiPoint(transform_points(motions[j], cloud)[:, :2]).convex_hull):
+            if way.intersects(MultiPoint(transform_points(motions[j], cloud)[:, :2]).convex_hull):
                 in_the_way[j].add(i)
 
 
