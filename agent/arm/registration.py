@@ -1,0 +1,214 @@
+"""Fit known bodies to the points of a depth picture: their poses from a first guess, and first guesses from nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from agent.arm.sight import Sight, of_palette
+from agent.arm.tracked_shape import TrackedShape
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+
+# m within which points count at first, and in the end: what an object may have been pushed, and four times the noise.
+FAR_GATE, NEAR_GATE = 0.03, 0.008
+ROUNDS = 12  # from the one to the other: the last ones move a pose by less than 0.1 mm
+SOFT = 0.5  # of the gate: residuals beyond it lose their weight
+EMPTY_WEIGHT = 0.5  # of a sample in empty space, beside a point: they are about as many
+DAMPING = 3.0  # points by which each step is held back: what the points do not tell stays as guessed
+LEAST_POINTS = 8  # fewer tell no pose
+MOST_POINTS = 400  # of one object that are used: more do not make it better
+TRIED_POINTS = 80  # of them for first guesses
+GUESSED_TURNS = 12  # about the vertical, 30 degrees apart: a fit turns by half of that
+UPRIGHT = np.array([True, True, True, False, False, True])  # of x, y, z and the turns about them
+WITHOUT_TURN = np.array([True, True, True, False, False, False])
+FREE = np.ones(6, dtype=bool)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A body at a pose, and how well it fits.
+
+    Attributes:
+        world_from_shape: (4, 4).
+        residual: mean distance of its points from its surface, metres; infinite without points.
+        points: indices of the points that lie on it.
+        supported, refuted, hidden: see `agent.arm.sight.Evidence`.
+    """
+
+    world_from_shape: np.ndarray
+    residual: float
+    points: np.ndarray
+    supported: int
+    refuted: int
+    hidden: int
+
+    @property
+    def share(self) -> float:
+        """Return the share of what can be judged of the body that is there."""
+        return self.supported / max(1, self.supported + self.refuted)
+
+    @property
+    def visible(self) -> float:
+        """Return the share of the side facing the camera that can be judged."""
+        return (self.supported + self.refuted) / max(1, self.supported + self.refuted + self.hidden)
+
+
+def free_turns(shape: TrackedShape, upright: bool) -> np.ndarray:
+    """Return which of x, y, z and the turns about them (6,) a fit may change."""
+    return FREE if not upright else WITHOUT_TURN if shape.rounded else UPRIGHT
+
+
+def fit_together(
+    sight: Sight,
+    shapes: Sequence[TrackedShape],
+    guesses: Sequence[np.ndarray],
+    free: Sequence[np.ndarray],
+    among: np.ndarray | None = None,
+    gate: float = FAR_GATE,
+) -> list[Fit]:
+    """Fit bodies to a picture from guessed poses; each point draws only the body that it is nearest to.
+
+    Args:
+        sight: the picture.
+        shapes: N bodies.
+        guesses: world_from_shape (4, 4) of each.
+        free: (6,) of each, from `free_turns`.
+        among: (P,) bool, the points that may belong to them; by default all.
+        gate: metres within which points count at first.
+    """
+    poses = [np.array(guess) for guess in guesses]
+    allowed = np.ones(len(sight.points), dtype=bool) if among is None else among
+    colored = [allowed & of_palette(sight.features, shape.palette) for shape in shapes]
+    for width in np.geomspace(max(gate, NEAR_GATE), NEAR_GATE, ROUNDS):
+        owned = _owned(sight.points, shapes, poses, colored, width)
+        for k, (shape, mine) in enumerate(zip(shapes, owned)):
+            poses[k] = _step(sight, shape, poses[k], mine, free[k], width)
+    owned = _owned(sight.points, shapes, poses, colored, NEAR_GATE)
+    return [_judged(sight, *each) for each in zip(shapes, poses, owned)]
+
+
+def explained(sight: Sight, shapes: Sequence[TrackedShape], poses: Sequence[np.ndarray]) -> np.ndarray:
+    """Return which points (P,) of the picture lie on or in one of the bodies at their poses, whatever their colour."""
+    anywhere = [np.ones(len(sight.points), dtype=bool)] * len(shapes)
+    taken = np.zeros(len(sight.points), dtype=bool)
+    for mine in _owned(sight.points, shapes, poses, anywhere, NEAR_GATE):
+        taken[mine] = True
+    return taken
+
+
+def _owned(
+    points: np.ndarray,
+    shapes: Sequence[TrackedShape],
+    poses: Sequence[np.ndarray],
+    allowed: Sequence[np.ndarray],
+    width: float,
+) -> list[np.ndarray]:
+    """Return the indices of the points of each body: those nearest to it, not farther from it than `width`."""
+    least = np.full(len(points), width)
+    owner = np.full(len(points), -1)
+    for k, (shape, pose, mine) in enumerate(zip(shapes, poses, allowed)):
+        near = np.flatnonzero(mine & (np.abs(points - pose[:3, 3]).max(axis=1) < shape.radius + width))
+        distance = shape.distances((points[near] - pose[:3, 3]) @ pose[:3, :3])[0]
+        closer = np.abs(distance) < least[near]
+        least[near[closer]] = np.abs(distance[closer])
+        owner[near[closer]] = k
+    return [np.flatnonzero(owner == k) for k in range(len(shapes))]
+
+
+def _step(
+    sight: Sight, shape: TrackedShape, pose: np.ndarray, mine: np.ndarray, free: np.ndarray, width: float
+) -> np.ndarray:
+    """Return the pose after one step of damped least squares: onto its points, and out of empty space."""
+    if len(mine) < LEAST_POINTS:
+        return pose
+    points = sight.points[mine[:: math.ceil(len(mine) / MOST_POINTS)]]
+    distance, plane = shape.distances((points - pose[:3, 3]) @ pose[:3, :3])
+    slopes = shape.planes[plane, :3] @ pose[:3, :3].T
+    jacobian = [-np.concatenate((slopes, np.cross(points - pose[:3, 3], slopes)), axis=1)]
+    residual = [distance]
+    weight = [1.0 / (1.0 + (distance / (SOFT * width)) ** 2) ** 2]
+    empty = transform_points(pose, shape.samples[sight.evidence(shape, pose).empty])
+    if len(empty):
+        apart, nearest = cKDTree(points).query(empty)
+        close = (apart < FAR_GATE) & (apart > 1e-6)
+        away = (empty[close] - points[nearest[close]]) / apart[close, None]
+        jacobian.append(np.concatenate((away, np.cross(empty[close] - pose[:3, 3], away)), axis=1))
+        residual.append(apart[close])
+        share = len(points) / max(1, len(shape.samples))
+        weight.append(EMPTY_WEIGHT * share / (1.0 + (apart[close] / FAR_GATE) ** 2) ** 2)
+    j, r, w = np.concatenate(jacobian)[:, free], np.concatenate(residual), np.concatenate(weight)
+    hold = DAMPING * np.array([1.0, 1.0, 1.0, *[shape.radius**2] * 3])[free]
+    change = np.zeros(6)
+    change[free] = np.linalg.solve(j.T @ (w[:, None] * j) + np.diag(hold), -j.T @ (w * r))
+    moved = pose.copy()
+    moved[:3, :3] = Rotation.from_rotvec(change[3:]).as_matrix() @ pose[:3, :3]
+    moved[:3, 3] += change[:3]
+    return moved
+
+
+def _judged(sight: Sight, shape: TrackedShape, pose: np.ndarray, mine: np.ndarray) -> Fit:
+    found = sight.evidence(shape, pose)
+    distance = shape.distances((sight.points[mine] - pose[:3, 3]) @ pose[:3, :3])[0]
+    residual = float(np.abs(distance).mean()) if len(mine) else math.inf
+    return Fit(pose, residual, mine, found.supported, found.refuted, found.hidden)
+
+
+def judge(sight: Sight, shape: TrackedShape, pose: np.ndarray) -> Fit:
+    """Return how well a body fits at a pose (4, 4), which stays as it is."""
+    colored = of_palette(sight.features, shape.palette)
+    return _judged(sight, shape, pose, _owned(sight.points, [shape], [pose], [colored], NEAR_GATE)[0])
+
+
+def guesses_from_points(
+    shape: TrackedShape, points: np.ndarray, facing: np.ndarray, lying: bool, count: int
+) -> list[np.ndarray]:
+    """Return the likeliest poses (4, 4) of a body that some points (P, 3) of a picture may show.
+
+    Args:
+        shape: the body.
+        points: world frame, metres.
+        facing: (3, 3) its rotation so far: of equally likely ones, the nearest to it is taken.
+        lying: whether it may lie on its side or head; otherwise it stands.
+        count: of the poses.
+    """
+    few = points[:: math.ceil(len(points) / TRIED_POINTS)]
+    low, high = points.min(axis=0), points.max(axis=0)
+    turns = [pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / GUESSED_TURNS)[:3, :3] for k in range(GUESSED_TURNS)]
+    bases = _lying() if lying else [facing]
+    rotations = np.array([turn @ base for base in bases for turn in (turns[:1] if shape.rounded and not lying else turns)])
+    spots = [(low + high) / 2, points.mean(axis=0), *(low + (high - low) * np.array(t) for t in _QUARTERS)]
+    spread = shape.samples @ rotations.transpose(0, 2, 1)  # (R, S, 3)
+    least, most = spread.min(axis=1), spread.max(axis=1)
+    top = float(np.quantile(points[:, 2], 0.98))
+    places = []
+    for spot in spots if np.ptp(points[:, :2], axis=0).max() > 2 * shape.radius else spots[:2]:
+        place = np.empty((len(rotations), 3))
+        place[:, :2] = spot[:2] - (least + most)[:, :2] / 2
+        place[:, 2] = np.maximum(top - most[:, 2], -least[:, 2])
+        places.append(place)
+    place = np.concatenate(places)
+    rotation = np.tile(rotations, (len(places), 1, 1))
+    inside = np.einsum("rpi,rij->rpj", few[None] - place[:, None], rotation)
+    distance = np.abs(shape.distances(inside.reshape(-1, 3))[0]).reshape(len(place), -1)
+    turned = np.arccos(np.clip((np.einsum("rij,ij->r", rotation, facing) - 1) / 2, -1, 1))
+    cost = np.minimum(distance, FAR_GATE).mean(axis=1) + 1e-4 * turned
+    poses = np.tile(np.eye(4), (len(place), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = rotation, place
+    return list(poses[np.argsort(cost)[:count]])
+
+
+_QUARTERS = [(x, y, 0.5) for x in (0.25, 0.75) for y in (0.25, 0.75)]
+
+
+def _lying() -> list[np.ndarray]:
+    """Return rotations (3, 3) that lay a body on its side, in eight directions, or on its head."""
+    sides = [
+        Rotation.from_rotvec(math.pi / 2 * np.array([math.cos(a), math.sin(a), 0.0])).as_matrix()
+        for a in np.arange(8) * math.pi / 4
+    ]
+    return [*sides, np.diag([1.0, -1.0, -1.0])]

@@ -1,0 +1,150 @@
+"""Read a depth picture of the table for tracking: what stands there, and what it says about a supposed body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from agent.arm.tracked_shape import TrackedShape, color_features
+from structdiffusion.geometry import transform_points
+from structdiffusion.observation import Table
+from structdiffusion.simulation.depth_camera import CameraImage
+
+BESIDE_TABLE = 0.02  # m beyond the table's edges that objects may overhang
+STRIDE = 2  # pixels between those that are used, in both directions: 4 mm at 1 m
+LEAST_HEIGHT = 0.003  # m above the table: four standard deviations of the mean of nine pixels at 1 m
+NOISE_BELOW = 0.006  # m below the table: three standard deviations of one pixel
+MARGIN = 0.005  # m between a body and a measurement that agree: noise, and what completion errs by
+OWN_COLOR = 0.12  # distance of features within which a colour is one of a palette
+TABLE_COLOR = 0.06  # the same for the table's colour, which fills most of the picture
+FACING = 0.15  # cosine between a surface and the ray below which a camera hardly sees it
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What a picture says about the side of a body that faces the camera.
+
+    Attributes:
+        supported: how many of its points lie on a measured surface of its colour.
+        refuted: through how many the camera sees something behind them, or which have another colour.
+        hidden: how many lie behind something, or outside the picture.
+        empty: (S,) bool, the samples through which the camera sees something behind.
+    """
+
+    supported: int
+    refuted: int
+    hidden: int
+    empty: np.ndarray
+
+    @property
+    def share(self) -> float:
+        """Return the share of what can be judged that is there: 1 where nothing is refuted."""
+        return self.supported / max(1, self.supported + self.refuted)
+
+    @property
+    def visible(self) -> float:
+        """Return the share of the side facing the camera that can be judged."""
+        return (self.supported + self.refuted) / max(1, self.supported + self.refuted + self.hidden)
+
+
+class Sight:
+    """A depth picture, read once.
+
+    Args:
+        picture: of which the segmentation is not read; pixels without depth (NaN) say nothing.
+        table: the table top; what is not above it is no object.
+
+    Attributes:
+        eye: (3,) position of the camera, world frame, metres.
+        points: (P, 3) what stands on the table, world frame, metres: every second pixel of every second row.
+        features: (P, 4) colours, as `color_features` gives them.
+        pixels: (P, 2) row and column of each, in steps of `STRIDE`.
+        shape: rows and columns of the picture in such steps.
+    """
+
+    def __init__(self, picture: CameraImage, table: Table) -> None:
+        self.eye = picture.world_from_camera[:3, 3]
+        self._camera_from_world = np.linalg.inv(picture.world_from_camera)
+        depth = np.asarray(picture.depth, dtype=np.float64)
+        measured = np.isfinite(depth)
+        self._lens = _lens(picture, measured)
+        mean = _mean(depth, measured)
+        self._near = ndimage.minimum_filter(np.where(np.isfinite(mean), mean, np.inf), 3)
+        self._far = ndimage.maximum_filter(np.where(np.isfinite(mean), mean, -np.inf), 3)
+        self._features = color_features(picture.color[::STRIDE, ::STRIDE])
+        standing = self._standing(picture, measured, table)
+        self.shape = standing.shape
+        self.pixels = np.argwhere(standing)
+        self.points = picture.points[::STRIDE, ::STRIDE][standing]
+        self.features = self._features[standing]
+
+    def _standing(self, picture: CameraImage, measured: np.ndarray, table: Table) -> np.ndarray:
+        """Return which pixels of the thinned picture (H, W) show what stands on the table."""
+        few = np.s_[::STRIDE, ::STRIDE]
+        points, seen = picture.points[few], measured[few]
+        x, y, z = np.moveaxis(np.where(seen[..., None], points, np.nan), -1, 0)
+        smooth = _mean(np.where(measured, picture.points[..., 2], 0.0), measured)[few]
+        with np.errstate(invalid="ignore"):
+            over = (x > table.x_min - BESIDE_TABLE) & (x < table.x_max + BESIDE_TABLE)
+            over &= (y > table.y_min - BESIDE_TABLE) & (y < table.y_max + BESIDE_TABLE)
+            low = over & (np.abs(z) < NOISE_BELOW)
+            high = over & (smooth > LEAST_HEIGHT) & (z > 0.0)
+            low_enough = over & (z > -NOISE_BELOW)
+        color = np.median(self._features[low, :3], axis=0) if low.any() else np.zeros(3)
+        colored = np.linalg.norm(self._features[..., :3] - color, axis=-1) > TABLE_COLOR
+        return high | (low_enough & colored)
+
+    def evidence(self, shape: TrackedShape, world_from_shape: np.ndarray) -> Evidence:
+        """Compare a body at a supposed pose (4, 4) with the picture."""
+        points = transform_points(world_from_shape, shape.samples)
+        rays = self.eye - points
+        normals = shape.normals @ world_from_shape[:3, :3].T
+        facing = (normals * rays).sum(axis=1) > FACING * np.linalg.norm(rays, axis=1)
+        depth, rows, columns, inside = self._project(points)
+        near, far = self._near[rows, columns], self._far[rows, columns]
+        inside &= np.isfinite(near)
+        empty = facing & inside & (depth < near - MARGIN)
+        there = facing & inside & ~empty & (depth <= far + MARGIN)
+        own = there.copy()
+        if len(shape.palette):
+            own[there] = of_palette(self._features[rows[there] // STRIDE, columns[there] // STRIDE], shape.palette)
+        supported, refuted = int(own.sum()), int(empty.sum() + (there & ~own).sum())
+        return Evidence(supported, refuted, int(facing.sum()) - supported - refuted, empty)
+
+    def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        camera = transform_points(self._camera_from_world, points)
+        depth = camera[:, 2]
+        pixels = np.stack((camera[:, 1], camera[:, 0]), axis=1) / np.maximum(depth, 1e-6)[:, None]
+        pixels = np.floor(pixels * self._lens[0] + self._lens[1]).astype(np.int64)
+        size = np.array(self._near.shape)
+        inside = (depth > 0) & ((pixels >= 0) & (pixels < size)).all(axis=1)
+        rows, columns = pixels.clip(0, size - 1).T
+        return depth, rows, columns, inside
+
+
+def of_palette(features: np.ndarray, palette: np.ndarray) -> np.ndarray:
+    """Return which colours (P, 4) are near one of a palette (C, 4); all of them where it is empty."""
+    if not len(palette):
+        return np.ones(len(features), dtype=bool)
+    return np.linalg.norm(features[:, None] - palette[None], axis=2).min(axis=1) < OWN_COLOR
+
+
+def _mean(values: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Return the mean (H, W) of the measured pixels among nine; NaN where there is none."""
+    share = ndimage.uniform_filter(measured.astype(np.float64), 3)
+    total = ndimage.uniform_filter(np.where(measured, values, 0.0), 3)
+    return np.where(share > 0.05, total / np.maximum(share, 1e-9), np.nan)
+
+
+def _lens(picture: CameraImage, measured: np.ndarray) -> np.ndarray:
+    """Return the focal lengths and the principal point (2, 2), each row first, pixels, as the points tell them."""
+    rows, columns = np.nonzero(measured)
+    few = slice(None, None, max(1, len(rows) // 2000))
+    rows, columns = rows[few], columns[few]
+    camera = transform_points(np.linalg.inv(picture.world_from_camera), picture.points[rows, columns])
+    fits = [
+        np.polyfit(camera[:, axis] / camera[:, 2], pixel + 0.5, 1) for axis, pixel in ((1, rows), (0, columns))
+    ]
+    return np.array(fits).T
