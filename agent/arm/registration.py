@@ -164,6 +164,11 @@ def judge(sight: Sight, shape: TrackedShape, pose: np.ndarray) -> Fit:
     return _judged(sight, shape, pose, _owned(sight.points, [shape], [pose], [colored], NEAR_GATE)[0])
 
 
+def lowest(shape: TrackedShape, pose: np.ndarray) -> float:
+    """Return the height of the lowest point of a body at a pose (4, 4), metres."""
+    return float((shape.samples @ pose[2, :3]).min() + pose[2, 3])
+
+
 def guesses_from_points(
     shape: TrackedShape, points: np.ndarray, facing: np.ndarray, lying: bool, count: int
 ) -> list[np.ndarray]:
@@ -180,7 +185,9 @@ def guesses_from_points(
     low, high = points.min(axis=0), points.max(axis=0)
     turns = [pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / GUESSED_TURNS)[:3, :3] for k in range(GUESSED_TURNS)]
     bases = _lying() if lying else [facing]
-    rotations = np.array([turn @ base for base in bases for turn in (turns[:1] if shape.rounded and not lying else turns)])
+    if shape.rounded and not lying:
+        turns = turns[:1]
+    rotations = np.array([turn @ base for base in bases for turn in turns])
     spots = [(low + high) / 2, points.mean(axis=0), *(low + (high - low) * np.array(t) for t in _QUARTERS)]
     spread = shape.samples @ rotations.transpose(0, 2, 1)  # (R, S, 3)
     least, most = spread.min(axis=1), spread.max(axis=1)

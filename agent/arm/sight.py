@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ NOISE_BELOW = 0.006  # m below the table: three standard deviations of one pixel
 MARGIN = 0.005  # m between a body and a measurement that agree: noise, and what completion errs by
 OWN_COLOR = 0.12  # distance of features within which a colour is one of a palette
 TABLE_COLOR = 0.06  # the same for the table's colour, which fills most of the picture
+LENS_POINTS = 2000  # that tell the camera's focal lengths: without noise across the ray, a few would do
 FACING = 0.15  # cosine between a surface and the ray below which a camera hardly sees it
 
 
@@ -67,34 +69,33 @@ class Sight:
     def __init__(self, picture: CameraImage, table: Table) -> None:
         self.eye = picture.world_from_camera[:3, 3]
         self._camera_from_world = np.linalg.inv(picture.world_from_camera)
-        depth = np.asarray(picture.depth, dtype=np.float64)
+        part = _over(picture, table)
+        depth, points = np.asarray(picture.depth[part], dtype=np.float64), picture.points[part]
         measured = np.isfinite(depth)
-        self._lens = _lens(picture, measured)
+        self._lens = _lens(points[measured], np.argwhere(measured), self._camera_from_world)
         mean = _mean(depth, measured)
         self._near = ndimage.minimum_filter(np.where(np.isfinite(mean), mean, np.inf), 3)
         self._far = ndimage.maximum_filter(np.where(np.isfinite(mean), mean, -np.inf), 3)
-        self._features = color_features(picture.color[::STRIDE, ::STRIDE])
-        standing = self._standing(picture, measured, table)
+        self._features = color_features(picture.color[part])
+        standing = self._standing(points, measured, table)
         self.shape = standing.shape
         self.pixels = np.argwhere(standing)
-        self.points = picture.points[::STRIDE, ::STRIDE][standing]
-        self.features = self._features[standing]
-
-    def _standing(self, picture: CameraImage, measured: np.ndarray, table: Table) -> np.ndarray:
-        """Return which pixels of the thinned picture (H, W) show what stands on the table."""
         few = np.s_[::STRIDE, ::STRIDE]
-        points, seen = picture.points[few], measured[few]
-        x, y, z = np.moveaxis(np.where(seen[..., None], points, np.nan), -1, 0)
-        smooth = _mean(np.where(measured, picture.points[..., 2], 0.0), measured)[few]
+        self.points, self.features = points[few][standing], self._features[few][standing]
+
+    def _standing(self, points: np.ndarray, measured: np.ndarray, table: Table) -> np.ndarray:
+        """Return which of every second pixel of every second row (H, W) show what stands on the table."""
+        few = np.s_[::STRIDE, ::STRIDE]
+        smooth = _mean(points[..., 2], measured)[few]
+        points, directions = points[few], self._features[few][..., :3]
+        z = points[..., 2]
         with np.errstate(invalid="ignore"):
-            over = (x > table.x_min - BESIDE_TABLE) & (x < table.x_max + BESIDE_TABLE)
-            over &= (y > table.y_min - BESIDE_TABLE) & (y < table.y_max + BESIDE_TABLE)
+            over = _above(points, table)
             low = over & (np.abs(z) < NOISE_BELOW)
             high = over & (smooth > LEAST_HEIGHT) & (z > 0.0)
             low_enough = over & (z > -NOISE_BELOW)
-        color = np.median(self._features[low, :3], axis=0) if low.any() else np.zeros(3)
-        colored = np.linalg.norm(self._features[..., :3] - color, axis=-1) > TABLE_COLOR
-        return high | (low_enough & colored)
+        color = np.median(directions[low], axis=0) if low.any() else np.zeros(3)
+        return high | (low_enough & (np.linalg.norm(directions - color, axis=-1) > TABLE_COLOR))
 
     def evidence(self, shape: TrackedShape, world_from_shape: np.ndarray) -> Evidence:
         """Compare a body at a supposed pose (4, 4) with the picture."""
@@ -107,11 +108,19 @@ class Sight:
         inside &= np.isfinite(near)
         empty = facing & inside & (depth < near - MARGIN)
         there = facing & inside & ~empty & (depth <= far + MARGIN)
-        own = there.copy()
-        if len(shape.palette):
-            own[there] = of_palette(self._features[rows[there] // STRIDE, columns[there] // STRIDE], shape.palette)
+        own = there & self._own(shape, rows, columns, there)
         supported, refuted = int(own.sum()), int(empty.sum() + (there & ~own).sum())
         return Evidence(supported, refuted, int(facing.sum()) - supported - refuted, empty)
+
+    def _own(self, shape: TrackedShape, rows: np.ndarray, columns: np.ndarray, there: np.ndarray) -> np.ndarray:
+        """Return at which pixels (S,) one of nine has a colour of the shape; only those `there` are asked."""
+        own = np.zeros(len(rows), dtype=bool)
+        height, width = self._near.shape
+        for down, right in itertools.product((0, -1, 1), (0, -1, 1)):
+            asked = np.flatnonzero(there & ~own)
+            at = (rows[asked] + down).clip(0, height - 1), (columns[asked] + right).clip(0, width - 1)
+            own[asked] = of_palette(self._features[at], shape.palette)
+        return own
 
     def _project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         camera = transform_points(self._camera_from_world, points)
@@ -138,13 +147,32 @@ def _mean(values: np.ndarray, measured: np.ndarray) -> np.ndarray:
     return np.where(share > 0.05, total / np.maximum(share, 1e-9), np.nan)
 
 
-def _lens(picture: CameraImage, measured: np.ndarray) -> np.ndarray:
-    """Return the focal lengths and the principal point (2, 2), each row first, pixels, as the points tell them."""
-    rows, columns = np.nonzero(measured)
-    few = slice(None, None, max(1, len(rows) // 2000))
-    rows, columns = rows[few], columns[few]
-    camera = transform_points(np.linalg.inv(picture.world_from_camera), picture.points[rows, columns])
-    fits = [
-        np.polyfit(camera[:, axis] / camera[:, 2], pixel + 0.5, 1) for axis, pixel in ((1, rows), (0, columns))
-    ]
-    return np.array(fits).T
+def _above(points: np.ndarray, table: Table) -> np.ndarray:
+    """Return which points (..., 3) lie above the table or a little beside it; NaN does not."""
+    x, y = points[..., 0], points[..., 1]
+    with np.errstate(invalid="ignore"):
+        along = (x > table.x_min - BESIDE_TABLE) & (x < table.x_max + BESIDE_TABLE)
+        return along & (y > table.y_min - BESIDE_TABLE) & (y < table.y_max + BESIDE_TABLE)
+
+
+def _over(picture: CameraImage, table: Table) -> tuple[slice, slice]:
+    """Return the rows and columns of a picture that show the table and what stands on it."""
+    over = _above(picture.points, table)
+    if not over.any():
+        return slice(0, 0), slice(0, 0)
+    rows, columns = (np.flatnonzero(over.any(axis=axis)) for axis in (1, 0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def _lens(points: np.ndarray, pixels: np.ndarray, camera_from_world: np.ndarray) -> np.ndarray:
+    """Return the focal lengths and the principal point (2, 2), each row first, pixels, as measured points tell them.
+
+    Args:
+        points: (P, 3) world frame, metres.
+        pixels: (P, 2) their rows and columns.
+        camera_from_world: (4, 4).
+    """
+    few = slice(None, None, max(1, len(points) // LENS_POINTS))
+    camera = transform_points(camera_from_world, points[few])
+    sides = [np.polyfit(camera[:, axis] / camera[:, 2], pixels[few, k] + 0.5, 1) for k, axis in ((0, 1), (1, 0))]
+    return np.array(sides).T

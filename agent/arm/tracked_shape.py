@@ -9,12 +9,14 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.completion.methods import complete
+from structdiffusion.completion.view import View
 from structdiffusion.observation import ObjectCloud
 
 SAMPLES = 600  # points on the surface: 5 mm apart on a can
 ROUND = 1.08  # times its smallest radius is the largest of a round outline, noise and facets included
 DIRECTIONS = 24  # in which an outline's radius is measured
 LEAST_THICKNESS = 0.002  # m: a body must have some volume
+CONTRADICTION = 0.005  # m in front of what was seen: noise, and the spacing of the seen points on steep surfaces
 SAME_PLACE = 1e-4  # m: where two parts of a body meet there is no surface
 BRIGHTNESS = 0.1  # of a colour's logarithm beside its direction: shade changes the one by half and not the other
 COLOR_STEP = 0.05  # colours nearer than this are one colour of the palette
@@ -29,7 +31,8 @@ class TrackedShape:
         world_from_shape: (4, 4) its first pose, not rotated.
         planes: (K, 4) outward unit normals and offsets of its convex parts' faces, metres: inside, n p + d < 0.
         starts: (parts,) the first plane of each part.
-        samples, normals: (S, 3) points on its surface, metres, and their outward unit normals.
+        samples, normals: (S, 3) points on its surface where the first look does not rule it out, metres, and their
+            outward unit normals.
         palette: (C, 4) its colours, as `color_features` gives them; empty where the camera has no colour.
         radius: the largest distance of a sample from the origin, metres.
         height: of the body, metres.
@@ -77,6 +80,9 @@ def tracked_shape(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -> T
     planes = [np.unique(hull.equations.round(6), axis=0) for hull in hulls]
     starts = np.cumsum([0, *(len(one) for one in planes)])[:-1]
     samples, normals = _surface(hulls, planes)
+    if world_from_camera is not None:
+        credible = _credible(samples + origin, View(cloud.points, world_from_camera[:3, 3]))
+        samples, normals = samples[credible], normals[credible]
     outline = vertices[:, :2] - origin[:2]
     colors = np.empty((0, 3), dtype=np.uint8) if cloud.colors is None else cloud.colors
     return TrackedShape(
@@ -134,6 +140,13 @@ def _surface(hulls: list[ConvexHull], planes: list[np.ndarray]) -> tuple[np.ndar
         inside = (points @ faces[:, :3].T + faces[:, 3]).max(axis=1) < SAME_PLACE
         outer &= ~inside | (part[chosen] == k)
     return points[outer], normals[chosen[outer]]
+
+
+def _credible(samples: np.ndarray, view: View) -> np.ndarray:
+    """Return which of the samples (S, 3) the first look does not rule out: completion fills gaps, as between tines."""
+    behind, outside = view.behind(samples)
+    credible = ~outside & (behind > -CONTRADICTION)
+    return credible if credible.any() else np.ones(len(samples), dtype=bool)
 
 
 def _is_round(outline: np.ndarray) -> bool:

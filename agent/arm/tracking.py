@@ -9,7 +9,7 @@ unknown.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -24,20 +24,25 @@ from agent.arm.registration import (
     free_turns,
     guesses_from_points,
     judge,
+    lowest,
 )
-from agent.arm.sight import STRIDE, Sight, of_palette
-from agent.arm.tracked_shape import TrackedShape, tracked_shape
+from agent.arm.sight import Sight, of_palette
+from agent.arm.tracked_shape import tracked_shape
 from structdiffusion.observation import Scene, Table
 from structdiffusion.simulation.depth_camera import CameraImage
 
 ROUGHLY_THERE = 0.5  # share of an object's side that is where it was guessed, so that a fit is worth it
-THERE = 0.8  # the same after a fit: the rest is what completion errs by
 LEAST_SUPPORT = 12  # samples on a measured surface, about 3 cm^2: fewer show no object
-SEEN = 0.1  # share of the side facing the camera that can be judged, of an object that is seen
+# Costs: the share of an object that is refuted, half the share of the points that it leaves unexplained, and the mean
+# residual per 3 cm. Noise alone costs 0.05, completion's errors up to as much again.
+LIKELY, UNLIKELY, IMPOSSIBLE = 0.12, 0.35, 10.0
+UPRIGHT_BONUS = 0.05  # that lying has to cost less than standing
+SINKS = 0.003  # m that a body may reach into the table: noise of its height
 REFUTED = 0.3  # share that is refuted of an object that is gone
-LEAST_CLUSTER = 12  # points, of 16 mm^2 each: fewer are noise and edges
-GUESSES = 3  # per object and cluster that are fitted
-BAD_RESIDUAL = 0.004  # m: an upright body that fits no better may lie
+LEAST_GROUP = 12  # points, of 16 mm^2 each: fewer are noise and edges
+BESIDE = 0.015  # m from an object within which points of its colour may belong to it
+APPENDAGE = 0.35  # of an object's points at most are a side that was not seen before, such as a handle
+GUESSES = 3  # per object and group of points that are fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,62 +107,69 @@ class Tracker:
 
     def _where_guessed(self, sight: Sight, guesses: Sequence[Sequence[np.ndarray]]) -> dict[int, Fit]:
         """Fit the objects that are about where they were or should be."""
-        best = [
-            max((judge(sight, shape, guess) for guess in at), key=lambda fit: (fit.share >= ROUGHLY_THERE, fit.supported))
-            for shape, at in zip(self.shapes, guesses)
-        ]
-        near = [i for i, fit in enumerate(best) if fit.share >= ROUGHLY_THERE and fit.supported >= LEAST_SUPPORT]
-        fits = fit_together(
-            sight, [self.shapes[i] for i in near], [best[i].world_from_shape for i in near],
-            [free_turns(self.shapes[i], upright=True) for i in near],
-        )  # fmt: skip
-        return {i: fit for i, fit in zip(near, fits) if self._holds(fit)}
+        best = {}
+        for i, (shape, at) in enumerate(zip(self.shapes, guesses)):
+            there = [judge(sight, shape, guess) for guess in at]
+            there = [fit for fit in there if fit.share >= ROUGHLY_THERE and fit.supported >= LEAST_SUPPORT]
+            if there:
+                best[i] = max(there, key=lambda fit: fit.supported)
+        shapes = [self.shapes[i] for i in best]
+        free = [free_turns(shape, upright=True) for shape in shapes]
+        fits = fit_together(sight, shapes, [fit.world_from_shape for fit in best.values()], free)
+        found = {i: fit for i, fit in zip(best, fits) if self._cost(i, fit) < UNLIKELY}
+        more = self._own_rest(sight, found)
+        return {i: fit for i, fit in found.items() if more.get(i, 0) < APPENDAGE * len(fit.points)}
 
-    @staticmethod
-    def _holds(fit: Fit) -> bool:
-        return fit.share >= THERE and fit.supported >= LEAST_SUPPORT and fit.residual < BAD_RESIDUAL
+    def _cost(self, index: int, fit: Fit, size: int = 0) -> float:
+        """Return how badly an object at a pose explains what is seen there, a group of `size` points; infinite if not
+        at all.
+        """
+        if fit.supported < LEAST_SUPPORT:
+            return np.inf
+        sunk = max(0.0, -lowest(self.shapes[index], fit.world_from_shape) - SINKS)
+        unexplained = max(0.0, 1.0 - len(fit.points) / size) if size else 0.0
+        return (1.0 - fit.share) + 0.5 * unexplained + (fit.residual + sunk) / FAR_GATE
 
     def _elsewhere(
         self, sight: Sight, guesses: Sequence[Sequence[np.ndarray]], found: Mapping[int, Fit]
     ) -> dict[int, Fit]:
         """Fit the other objects to what the found ones leave unexplained."""
         lost = [i for i in range(len(self.shapes)) if i not in found]
-        clusters = self._clusters(sight, found) if lost else []
-        if not clusters:
+        groups = self._rest(sight, found) if lost else []
+        if not groups:
             return {}
-        fits = {(i, k): self._on_cluster(sight, i, guesses[i], mine) for i in lost for k, mine in enumerate(clusters)}
-        costs = np.array([[self._cost(fits[i, k], len(clusters[k])) for k in range(len(clusters))] for i in lost])
-        pairs = [(lost[a], b) for a, b in zip(*linear_sum_assignment(costs)) if costs[a, b] < 1.0]
-        return {i: fits[i, k] for i, k in pairs}
+        costs = np.full((len(lost), len(groups)), IMPOSSIBLE)
+        fits = {}
+        for a, b in np.ndindex(*costs.shape):
+            fits[a, b], cost = self._on_group(sight, lost[a], guesses[lost[a]], groups[b])
+            costs[a, b] = cost if cost < UNLIKELY else IMPOSSIBLE
+        pairs = [(a, b) for a, b in zip(*linear_sum_assignment(costs)) if costs[a, b] < IMPOSSIBLE]
+        return {lost[a]: fits[a, b] for a, b in pairs}
 
-    @staticmethod
-    def _cost(fit: Fit, size: int) -> float:
-        """Return how badly a body explains a cluster of `size` points, 1 or more if it does not."""
-        if fit.share < THERE or fit.supported < LEAST_SUPPORT or fit.residual > 1.5 * BAD_RESIDUAL:
-            return 10.0
-        return (1.0 - fit.share) + 0.5 * max(0.0, 1.0 - len(fit.points) / size) + fit.residual / FAR_GATE
-
-    def _on_cluster(self, sight: Sight, index: int, guesses: Sequence[np.ndarray], mine: np.ndarray) -> Fit:
-        """Return the best fit of an object to a group of points: upright, or else lying."""
+    def _on_group(
+        self, sight: Sight, index: int, guesses: Sequence[np.ndarray], group: np.ndarray
+    ) -> tuple[Fit, float]:
+        """Return the best fit of an object to a group of points, upright or else lying, and its cost."""
         shape = self.shapes[index]
         among = np.zeros(len(sight.points), dtype=bool)
-        among[mine] = True
-        own = mine[of_palette(sight.features[mine], shape.palette)]
-        if len(own) < LEAST_CLUSTER:
-            return replace(judge(sight, shape, guesses[-1]), supported=0)
-        best: Fit | None = None
+        among[group] = True
+        best, least = judge(sight, shape, guesses[-1]), np.inf
+        own = group[of_palette(sight.features[group], shape.palette)]
+        if len(own) < LEAST_GROUP:
+            return best, least
         for lying in (False, True):
             starts = guesses_from_points(shape, sight.points[own], guesses[-1][:3, :3], lying, GUESSES)
+            bar = least - (UPRIGHT_BONUS if lying else 0.0)
             for start in starts if lying else (*starts, *guesses):
                 (fit,) = fit_together(sight, [shape], [start], [free_turns(shape, not lying)], among)
-                if best is None or self._cost(fit, len(mine)) < self._cost(best, len(mine)):
-                    best = fit
-            assert best is not None
-            if self._holds(best):
+                cost = self._cost(index, fit, len(group))
+                if cost < min(bar, least):
+                    best, least = fit, cost
+            if least < LIKELY:
                 break
-        return best
+        return best, least
 
-    def _clusters(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
+    def _rest(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
         """Return the indices of the points of each group that the found objects do not explain."""
         left = ~explained(sight, [self.shapes[i] for i in found], [fit.world_from_shape for fit in found.values()])
         mask = np.zeros(sight.shape, dtype=bool)
@@ -165,7 +177,34 @@ class Tracker:
         labels, count = ndimage.label(ndimage.binary_opening(mask), np.ones((3, 3)))
         label = labels[tuple(sight.pixels.T)]
         groups = [np.flatnonzero(label == k) for k in range(1, count + 1)]
-        return [group for group in groups if len(group) >= LEAST_CLUSTER]
+        return [group for group in groups if len(group) >= LEAST_GROUP]
+
+    def _own_rest(self, sight: Sight, found: Mapping[int, Fit]) -> dict[int, int]:
+        """Return how many unexplained points each found object may own: those beside it that have its colour."""
+        count: dict[int, int] = {}
+        for group in self._rest(sight, found):
+            if (owner := self._owner(sight, found, group)) is not None:
+                count[owner] = count.get(owner, 0) + len(group)
+        return count
+
+    def _owner(self, sight: Sight, found: Mapping[int, Fit], group: np.ndarray) -> int | None:
+        """Return the object that a group of points lies beside and has the colour of, or `None`."""
+        apart = {}
+        for i, fit in found.items():
+            if of_palette(sight.features[group], self.shapes[i].palette).mean() > 0.5:
+                pose = fit.world_from_shape
+                apart[i] = self.shapes[i].distances((sight.points[group] - pose[:3, 3]) @ pose[:3, :3])[0].min()
+        owner = min(apart, key=lambda i: apart[i], default=None)
+        return owner if owner is not None and apart[owner] < BESIDE else None
+
+    def _strangers(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
+        """Return the clouds (P, 3) of what belongs to no object, not even as a side that was not seen before."""
+        clouds = []
+        for group in self._rest(sight, found):
+            owner = self._owner(sight, found, group)
+            if owner is None or len(group) > APPENDAGE * len(found[owner].points):
+                clouds.append(sight.points[group])
+        return clouds
 
     def _track(self, sight: Sight, index: int, guesses: Sequence[np.ndarray], fit: Fit | None) -> Track:
         from_shape = np.linalg.inv(self.shapes[index].world_from_shape)
@@ -177,9 +216,6 @@ class Tracker:
             if there.refuted <= REFUTED * (there.refuted + there.supported + there.hidden):
                 return Track(guess @ from_shape, False, False, before.error_m)
         return Track(before.now_from_initial, False, True, before.error_m)
-
-    def _strangers(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
-        return [sight.points[group] for group in self._clusters(sight, found)]
 
 
 def _given(expected: Mapping[int, np.ndarray], index: int) -> list[np.ndarray]:
