@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from agent.arm.sight import Sight, of_palette
 from agent.arm.tracked_shape import TrackedShape
-from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
+from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, turn_of
 
 # m within which points count at first, and in the end: what an object may have been pushed, and four times the noise.
 FAR_GATE, NEAR_GATE = 0.03, 0.008
@@ -24,6 +24,8 @@ LEAST_POINTS = 8  # fewer tell no pose
 MOST_POINTS = 400  # of one object that are used: more do not make it better
 TRIED_POINTS = 80  # of them for first guesses
 GUESSED_TURNS = 12  # about the vertical, 30 degrees apart: a fit turns by half of that
+LIKELIEST = 40  # first guesses of which different ones are taken
+SAME_SPOT, SAME_TURN = 0.02, math.radians(45)  # m, rad between first guesses that lead to the same fit
 UPRIGHT = np.array([True, True, True, False, False, True])  # of x, y, z and the turns about them
 WITHOUT_TURN = np.array([True, True, True, False, False, False])
 FREE = np.ones(6, dtype=bool)
@@ -206,7 +208,21 @@ def guesses_from_points(
     cost = np.minimum(distance, FAR_GATE).mean(axis=1) + 1e-4 * turned
     poses = np.tile(np.eye(4), (len(place), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotation, place
-    return list(poses[np.argsort(cost)[:count]])
+    return _different(poses[np.argsort(cost)[:LIKELIEST]], count)
+
+
+def _different(poses: np.ndarray, count: int) -> list[np.ndarray]:
+    """Return the first `count` of the poses (H, 4, 4) that are not nearly the same: a fit finds from one to the other.
+    """
+    chosen: list[np.ndarray] = []
+    for pose in poses:
+        near = (np.linalg.norm(pose[:3, 3] - one[:3, 3]) < SAME_SPOT for one in chosen)
+        alike = (turn_of(one[:3, :3].T @ pose[:3, :3]) < SAME_TURN for one in chosen)
+        if not any(a and b for a, b in zip(near, alike)):
+            chosen.append(pose)
+        if len(chosen) == count:
+            break
+    return chosen
 
 
 _QUARTERS = [(x, y, 0.5) for x in (0.25, 0.75) for y in (0.25, 0.75)]

@@ -1,9 +1,9 @@
 """Follow the objects on the table from one depth picture to the next, by what the camera sees alone.
 
-Every object is known by the cloud of the first look: completed to a body, with its colours. A later picture is explained
-by these bodies: each where it was or should be if the picture agrees, else where a group of unexplained points has its
-shape and colours. What the picture neither shows nor refutes is hidden and keeps its pose; what no body explains is
-unknown.
+Every object is known by the cloud of the first look: completed to a body, with its colours. A later picture is
+explained by these bodies: each where it was or should be if the picture agrees, else where a group of unexplained
+points has its shape and colours. What the picture neither shows nor refutes is hidden and keeps its pose; what no body
+explains is unknown.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ REFUTED = 0.3  # share that is refuted of an object that is gone
 LEAST_GROUP = 12  # points, of 16 mm^2 each: fewer are noise and edges
 BESIDE = 0.015  # m from an object within which points of its colour may belong to it
 APPENDAGE = 0.35  # of an object's points at most are a side that was not seen before, such as a handle
+FLAT = 0.02  # m high: what is no higher neither leans nor lies otherwise, as far as a camera can tell
 GUESSES = 3  # per object and group of points that are fitted
 
 
@@ -83,9 +84,7 @@ class Tracker:
         high = np.max([(scene.table.x_max, scene.table.y_max), *(one.max(axis=0) for one in reach)], axis=0)
         self._area = Table(low[0], high[0], low[1], high[1])
 
-    def look(
-        self, picture: CameraImage, expected: Mapping[int, np.ndarray] = MappingProxyType({})
-    ) -> list[Track]:
+    def look(self, picture: CameraImage, expected: Mapping[int, np.ndarray] = MappingProxyType({})) -> list[Track]:
         """Find every object in one picture, and return their tracks.
 
         Args:
@@ -105,7 +104,7 @@ class Tracker:
         self.unknown = self._strangers(sight, found)
         return list(self.tracks)
 
-    def _where_guessed(self, sight: Sight, guesses: Sequence[Sequence[np.ndarray]]) -> dict[int, Fit]:
+    def _where_guessed(self, sight: Sight, guesses: Sequence[list[np.ndarray]]) -> dict[int, Fit]:
         """Fit the objects that are about where they were or should be."""
         best = {}
         for i, (shape, at) in enumerate(zip(self.shapes, guesses)):
@@ -117,8 +116,10 @@ class Tracker:
         free = [free_turns(shape, upright=True) for shape in shapes]
         fits = fit_together(sight, shapes, [fit.world_from_shape for fit in best.values()], free)
         found = {i: fit for i, fit in zip(best, fits) if self._cost(i, fit) < UNLIKELY}
-        more = self._own_rest(sight, found)
-        return {i: fit for i, fit in found.items() if more.get(i, 0) < APPENDAGE * len(fit.points)}
+        # These may be turned otherwise, or have fallen; where they seem to be is tried once more.
+        for i in self._with_rest(sight, found):
+            guesses[i].insert(0, found.pop(i).world_from_shape)
+        return found
 
     def _cost(self, index: int, fit: Fit, size: int = 0) -> float:
         """Return how badly an object at a pose explains what is seen there, a group of `size` points; infinite if not
@@ -157,15 +158,18 @@ class Tracker:
         own = group[of_palette(sight.features[group], shape.palette)]
         if len(own) < LEAST_GROUP:
             return best, least
-        for lying in (False, True):
-            starts = guesses_from_points(shape, sight.points[own], guesses[-1][:3, :3], lying, GUESSES)
-            bar = least - (UPRIGHT_BONUS if lying else 0.0)
-            for start in starts if lying else (*starts, *guesses):
-                (fit,) = fit_together(sight, [shape], [start], [free_turns(shape, not lying)], among)
+        for way in ("standing", "leaning", "lying"):
+            if way == "leaning":
+                starts = [best.world_from_shape]
+            else:
+                starts = guesses_from_points(shape, sight.points[own], guesses[-1][:3, :3], way == "lying", GUESSES)
+            bar = least - (0.0 if way == "standing" else UPRIGHT_BONUS)
+            for start in (*starts, *guesses) if way == "standing" else starts:
+                (fit,) = fit_together(sight, [shape], [start], [free_turns(shape, way == "standing")], among)
                 cost = self._cost(index, fit, len(group))
                 if cost < min(bar, least):
                     best, least = fit, cost
-            if least < LIKELY:
+            if least < LIKELY or shape.height < FLAT:
                 break
         return best, least
 
@@ -179,13 +183,10 @@ class Tracker:
         groups = [np.flatnonzero(label == k) for k in range(1, count + 1)]
         return [group for group in groups if len(group) >= LEAST_GROUP]
 
-    def _own_rest(self, sight: Sight, found: Mapping[int, Fit]) -> dict[int, int]:
-        """Return how many unexplained points each found object may own: those beside it that have its colour."""
-        count: dict[int, int] = {}
-        for group in self._rest(sight, found):
-            if (owner := self._owner(sight, found, group)) is not None:
-                count[owner] = count.get(owner, 0) + len(group)
-        return count
+    def _with_rest(self, sight: Sight, found: Mapping[int, Fit]) -> set[int]:
+        """Return the found objects that have unexplained points of their colour beside them."""
+        owners = {self._owner(sight, found, group) for group in self._rest(sight, found)}
+        return {owner for owner in owners if owner is not None}
 
     def _owner(self, sight: Sight, found: Mapping[int, Fit], group: np.ndarray) -> int | None:
         """Return the object that a group of points lies beside and has the colour of, or `None`."""
