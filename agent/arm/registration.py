@@ -16,7 +16,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, turn_o
 
 # m within which points count at first, and in the end: what an object may have been pushed, and four times the noise.
 FAR_GATE, NEAR_GATE = 0.03, 0.008
-ROUNDS = 12  # from the one to the other: the last ones move a pose by less than 0.1 mm
+ROUNDS = 10  # from the one to the other: the last ones move a pose by less than 0.1 mm
 SOFT = 0.5  # of the gate: residuals beyond it lose their weight
 EMPTY_WEIGHT = 0.5  # of a sample in empty space, beside a point: they are about as many
 DAMPING = 3.0  # points by which each step is held back: what the points do not tell stays as guessed
@@ -87,10 +87,10 @@ def fit_together(
     allowed = np.ones(len(sight.points), dtype=bool) if among is None else among
     colored = [allowed & of_palette(sight.features, shape.palette) for shape in shapes]
     for width in np.geomspace(max(gate, NEAR_GATE), NEAR_GATE, ROUNDS):
-        owned = _owned(sight.points, shapes, poses, colored, width)
+        owned = _owned(sight, shapes, poses, colored, width)
         for k, (shape, mine) in enumerate(zip(shapes, owned)):
             poses[k] = _step(sight, shape, poses[k], mine, free[k], width)
-    owned = _owned(sight.points, shapes, poses, colored, NEAR_GATE)
+    owned = _owned(sight, shapes, poses, colored, NEAR_GATE)
     return [_judged(sight, *each) for each in zip(shapes, poses, owned)]
 
 
@@ -98,24 +98,30 @@ def explained(sight: Sight, shapes: Sequence[TrackedShape], poses: Sequence[np.n
     """Return which points (P,) of the picture lie on or in one of the bodies at their poses, whatever their colour."""
     anywhere = [np.ones(len(sight.points), dtype=bool)] * len(shapes)
     taken = np.zeros(len(sight.points), dtype=bool)
-    for mine in _owned(sight.points, shapes, poses, anywhere, NEAR_GATE):
+    for mine in _owned(sight, shapes, poses, anywhere, NEAR_GATE):
         taken[mine] = True
     return taken
 
 
+def _in_shape(pose: np.ndarray, points: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (P, 3) and an eye (3,) of the world in the frame of a shape at a pose (4, 4)."""
+    return (points - pose[:3, 3]) @ pose[:3, :3], (eye - pose[:3, 3]) @ pose[:3, :3]
+
+
 def _owned(
-    points: np.ndarray,
+    sight: Sight,
     shapes: Sequence[TrackedShape],
     poses: Sequence[np.ndarray],
     allowed: Sequence[np.ndarray],
     width: float,
 ) -> list[np.ndarray]:
     """Return the indices of the points of each body: those nearest to it, not farther from it than `width`."""
+    points = sight.points
     least = np.full(len(points), width)
     owner = np.full(len(points), -1)
     for k, (shape, pose, mine) in enumerate(zip(shapes, poses, allowed)):
         near = np.flatnonzero(mine & (np.abs(points - pose[:3, 3]).max(axis=1) < shape.radius + width))
-        distance = shape.distances((points[near] - pose[:3, 3]) @ pose[:3, :3])[0]
+        distance = shape.distances_seen(*_in_shape(pose, points[near], sight.eye))[0]
         closer = np.abs(distance) < least[near]
         least[near[closer]] = np.abs(distance[closer])
         owner[near[closer]] = k
@@ -129,7 +135,7 @@ def _step(
     if len(mine) < LEAST_POINTS:
         return pose
     points = sight.points[mine[:: math.ceil(len(mine) / MOST_POINTS)]]
-    distance, plane = shape.distances((points - pose[:3, 3]) @ pose[:3, :3])
+    distance, plane = shape.distances_seen(*_in_shape(pose, points, sight.eye))
     slopes = shape.planes[plane, :3] @ pose[:3, :3].T
     jacobian = [-np.concatenate((slopes, np.cross(points - pose[:3, 3], slopes)), axis=1)]
     residual = [distance]
@@ -155,7 +161,7 @@ def _step(
 
 def _judged(sight: Sight, shape: TrackedShape, pose: np.ndarray, mine: np.ndarray) -> Fit:
     found = sight.evidence(shape, pose)
-    distance = shape.distances((sight.points[mine] - pose[:3, 3]) @ pose[:3, :3])[0]
+    distance = shape.distances_seen(*_in_shape(pose, sight.points[mine], sight.eye))[0]
     residual = float(np.abs(distance).mean()) if len(mine) else math.inf
     return Fit(pose, residual, mine, found.supported, found.refuted, found.hidden)
 
@@ -163,7 +169,7 @@ def _judged(sight: Sight, shape: TrackedShape, pose: np.ndarray, mine: np.ndarra
 def judge(sight: Sight, shape: TrackedShape, pose: np.ndarray) -> Fit:
     """Return how well a body fits at a pose (4, 4), which stays as it is."""
     colored = of_palette(sight.features, shape.palette)
-    return _judged(sight, shape, pose, _owned(sight.points, [shape], [pose], [colored], NEAR_GATE)[0])
+    return _judged(sight, shape, pose, _owned(sight, [shape], [pose], [colored], NEAR_GATE)[0])
 
 
 def lowest(shape: TrackedShape, pose: np.ndarray) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -54,13 +55,43 @@ class TrackedShape:
 
         Inside the body a distance is negative; beyond an edge it is the farthest of the planes there.
         """
+        return self._nearest(points @ self.planes[:, :3].T + self.planes[:, 3])
+
+    def distances_seen(self, points: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same, but from the plane on which the ray from an eye (3,) through each point meets the body.
+
+        So a point of a cup's inner wall counts from that side of the wall. Only rays that miss the body count from
+        its nearest plane.
+        """
+        at_eye = self.planes[:, :3] @ eye + self.planes[:, 3]
         above = points @ self.planes[:, :3].T + self.planes[:, 3]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = at_eye / (at_eye - above)  # where the ray crosses each plane: 0 at the eye, 1 at the point
+        outer = at_eye > 0
+        entering = np.where(outer, np.where(above < at_eye, crossing, np.inf), -np.inf)
+        leaving = np.where(~outer & (above > at_eye), crossing, np.inf)
+        enters = np.maximum.reduceat(entering, self.starts, axis=1)
+        misses = enters >= np.minimum.reduceat(leaving, self.starts, axis=1)
+        enters[misses | np.isneginf(enters)] = np.inf
+        rows, part = np.arange(len(points)), enters.argmin(axis=1)
+        entering[self._owner[None] != part[:, None]] = -np.inf
+        plane = entering.argmax(axis=1)
+        distance = above[rows, plane]
+        missed = np.isinf(enters[rows, part])
+        distance[missed], plane[missed] = self._nearest(above[missed])
+        return distance, plane
+
+    @cached_property
+    def _owner(self) -> np.ndarray:
+        """Return the part (K,) of each plane."""
+        return np.repeat(np.arange(len(self.starts)), np.diff(np.append(self.starts, len(self.planes))))
+
+    def _nearest(self, above: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the distances (P,) and planes (P,) of points that lie so far (P, K) above each plane."""
         of_parts = np.maximum.reduceat(above, self.starts, axis=1)
         part = of_parts.argmin(axis=1)
-        nearest = of_parts[np.arange(len(points)), part]
-        owner = np.repeat(np.arange(len(self.starts)), np.diff(np.append(self.starts, len(self.planes))))
-        above[owner[None] != part[:, None]] = -np.inf
-        return nearest, above.argmax(axis=1)
+        own = np.where(self._owner[None] == part[:, None], above, -np.inf)
+        return of_parts[np.arange(len(above)), part], own.argmax(axis=1)
 
 
 def tracked_shape(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -> TrackedShape:

@@ -178,7 +178,7 @@ class Tracker:
         left = ~explained(sight, [self.shapes[i] for i in found], [fit.world_from_shape for fit in found.values()])
         mask = np.zeros(sight.shape, dtype=bool)
         mask[tuple(sight.pixels[left].T)] = True
-        labels, count = ndimage.label(ndimage.binary_opening(mask), np.ones((3, 3)))
+        labels, count = ndimage.label(ndimage.binary_opening(mask, np.ones((2, 2))), np.ones((3, 3)))
         label = labels[tuple(sight.pixels.T)]
         groups = [np.flatnonzero(label == k) for k in range(1, count + 1)]
         return [group for group in groups if len(group) >= LEAST_GROUP]
