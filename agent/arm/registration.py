@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from agent.arm.sight import Sight, of_palette
+from agent.arm.sight import Evidence, Sight, of_palette
 from agent.arm.tracked_shape import TrackedShape
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, turn_of
 
@@ -24,6 +24,7 @@ LEAST_POINTS = 8  # fewer tell no pose
 MOST_POINTS = 400  # of one object that are used: more do not make it better
 TRIED_POINTS = 80  # of them for first guesses
 GUESSED_TURNS = 12  # about the vertical, 30 degrees apart: a fit turns by half of that
+HOPELESS = 0.015  # m from a first guess are the points, on average, of something else
 LIKELIEST = 40  # first guesses of which different ones are taken
 SAME_SPOT, SAME_TURN = 0.02, math.radians(45)  # m, rad between first guesses that lead to the same fit
 UPRIGHT = np.array([True, True, True, False, False, True])  # of x, y, z and the turns about them
@@ -39,25 +40,22 @@ class Fit:
         world_from_shape: (4, 4).
         residual: mean distance of its points from its surface, metres; infinite without points.
         points: indices of the points that lie on it.
-        supported, refuted, hidden: see `agent.arm.sight.Evidence`.
+        evidence: what the picture says about it.
     """
 
     world_from_shape: np.ndarray
     residual: float
     points: np.ndarray
-    supported: int
-    refuted: int
-    hidden: int
+    evidence: Evidence
 
-    @property
-    def share(self) -> float:
-        """Return the share of what can be judged of the body that is there."""
-        return self.supported / max(1, self.supported + self.refuted)
 
-    @property
-    def visible(self) -> float:
-        """Return the share of the side facing the camera that can be judged."""
-        return (self.supported + self.refuted) / max(1, self.supported + self.refuted + self.hidden)
+@dataclass(frozen=True, eq=False)
+class _Own:
+    """The points of one body: their indices (P,), distances (P,) from it, metres, and nearest planes (P,)."""
+
+    points: np.ndarray
+    distances: np.ndarray
+    planes: np.ndarray
 
 
 def free_turns(shape: TrackedShape, upright: bool) -> np.ndarray:
@@ -98,14 +96,9 @@ def explained(sight: Sight, shapes: Sequence[TrackedShape], poses: Sequence[np.n
     """Return which points (P,) of the picture lie on or in one of the bodies at their poses, whatever their colour."""
     anywhere = [np.ones(len(sight.points), dtype=bool)] * len(shapes)
     taken = np.zeros(len(sight.points), dtype=bool)
-    for mine in _owned(sight, shapes, poses, anywhere, NEAR_GATE):
-        taken[mine] = True
+    for own in _owned(sight, shapes, poses, anywhere, NEAR_GATE):
+        taken[own.points] = True
     return taken
-
-
-def _in_shape(pose: np.ndarray, points: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (P, 3) and an eye (3,) of the world in the frame of a shape at a pose (4, 4)."""
-    return (points - pose[:3, 3]) @ pose[:3, :3], (eye - pose[:3, 3]) @ pose[:3, :3]
 
 
 def _owned(
@@ -114,33 +107,37 @@ def _owned(
     poses: Sequence[np.ndarray],
     allowed: Sequence[np.ndarray],
     width: float,
-) -> list[np.ndarray]:
-    """Return the indices of the points of each body: those nearest to it, not farther from it than `width`."""
+) -> list[_Own]:
+    """Return the points of each body: those nearest to it, not farther from it than `width`."""
     points = sight.points
     least = np.full(len(points), width)
     owner = np.full(len(points), -1)
+    near: list[_Own] = []
     for k, (shape, pose, mine) in enumerate(zip(shapes, poses, allowed)):
-        near = np.flatnonzero(mine & (np.abs(points - pose[:3, 3]).max(axis=1) < shape.radius + width))
-        distance = shape.distances_seen(*_in_shape(pose, points[near], sight.eye))[0]
-        closer = np.abs(distance) < least[near]
-        least[near[closer]] = np.abs(distance[closer])
-        owner[near[closer]] = k
-    return [np.flatnonzero(owner == k) for k in range(len(shapes))]
+        at, rotation = pose[:3, 3], pose[:3, :3]
+        about = np.flatnonzero(mine & (np.abs(points - at).max(axis=1) < shape.radius + width))
+        own = _Own(about, *shape.distances_seen((points[about] - at) @ rotation, (sight.eye - at) @ rotation))
+        closer = np.abs(own.distances) < least[about]
+        least[about[closer]] = np.abs(own.distances[closer])
+        owner[about[closer]] = k
+        near.append(own)
+    kept = [owner[own.points] == k for k, own in enumerate(near)]
+    return [_Own(own.points[m], own.distances[m], own.planes[m]) for own, m in zip(near, kept)]
 
 
 def _step(
-    sight: Sight, shape: TrackedShape, pose: np.ndarray, mine: np.ndarray, free: np.ndarray, width: float
+    sight: Sight, shape: TrackedShape, pose: np.ndarray, own: _Own, free: np.ndarray, width: float
 ) -> np.ndarray:
     """Return the pose after one step of damped least squares: onto its points, and out of empty space."""
-    if len(mine) < LEAST_POINTS:
+    if len(own.points) < LEAST_POINTS:
         return pose
-    points = sight.points[mine[:: math.ceil(len(mine) / MOST_POINTS)]]
-    distance, plane = shape.distances_seen(*_in_shape(pose, points, sight.eye))
-    slopes = shape.planes[plane, :3] @ pose[:3, :3].T
+    few = slice(None, None, math.ceil(len(own.points) / MOST_POINTS))
+    points, distance = sight.points[own.points[few]], own.distances[few]
+    slopes = shape.planes[own.planes[few], :3] @ pose[:3, :3].T
     jacobian = [-np.concatenate((slopes, np.cross(points - pose[:3, 3], slopes)), axis=1)]
     residual = [distance]
     weight = [1.0 / (1.0 + (distance / (SOFT * width)) ** 2) ** 2]
-    empty = transform_points(pose, shape.samples[sight.evidence(shape, pose).empty])
+    empty = transform_points(pose, shape.samples[sight.empty(shape, pose)])
     if len(empty):
         apart, nearest = cKDTree(points).query(empty)
         close = (apart < FAR_GATE) & (apart > 1e-6)
@@ -159,11 +156,9 @@ def _step(
     return moved
 
 
-def _judged(sight: Sight, shape: TrackedShape, pose: np.ndarray, mine: np.ndarray) -> Fit:
-    found = sight.evidence(shape, pose)
-    distance = shape.distances_seen(*_in_shape(pose, sight.points[mine], sight.eye))[0]
-    residual = float(np.abs(distance).mean()) if len(mine) else math.inf
-    return Fit(pose, residual, mine, found.supported, found.refuted, found.hidden)
+def _judged(sight: Sight, shape: TrackedShape, pose: np.ndarray, own: _Own) -> Fit:
+    residual = float(np.abs(own.distances).mean()) if len(own.points) else math.inf
+    return Fit(pose, residual, own.points, sight.evidence(shape, pose))
 
 
 def judge(sight: Sight, shape: TrackedShape, pose: np.ndarray) -> Fit:
@@ -214,7 +209,8 @@ def guesses_from_points(
     cost = np.minimum(distance, FAR_GATE).mean(axis=1) + 1e-4 * turned
     poses = np.tile(np.eye(4), (len(place), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotation, place
-    return _different(poses[np.argsort(cost)[:LIKELIEST]], count)
+    likely = np.argsort(cost)[:LIKELIEST]
+    return _different(poses[likely[cost[likely] < HOPELESS]], count)
 
 
 def _different(poses: np.ndarray, count: int) -> list[np.ndarray]:

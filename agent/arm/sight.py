@@ -9,7 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from agent.arm.tracked_shape import TrackedShape, color_features
-from structdiffusion.geometry import transform_points
+from structdiffusion.geometry import lengths, transform_points
 from structdiffusion.observation import Table
 from structdiffusion.simulation.depth_camera import CameraImage
 
@@ -24,7 +24,7 @@ LENS_POINTS = 2000  # that tell the camera's focal lengths: without noise across
 FACING = 0.15  # cosine between a surface and the ray below which a camera hardly sees it
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Evidence:
     """What a picture says about the side of a body that faces the camera.
 
@@ -32,13 +32,11 @@ class Evidence:
         supported: how many of its points lie on a measured surface of its colour.
         refuted: through how many the camera sees something behind them, or which have another colour.
         hidden: how many lie behind something, or outside the picture.
-        empty: (S,) bool, the samples through which the camera sees something behind.
     """
 
     supported: int
     refuted: int
     hidden: int
-    empty: np.ndarray
 
     @property
     def share(self) -> float:
@@ -46,9 +44,9 @@ class Evidence:
         return self.supported / max(1, self.supported + self.refuted)
 
     @property
-    def visible(self) -> float:
-        """Return the share of the side facing the camera that can be judged."""
-        return (self.supported + self.refuted) / max(1, self.supported + self.refuted + self.hidden)
+    def refuted_share(self) -> float:
+        """Return the share of the side facing the camera that is not there."""
+        return self.refuted / max(1, self.supported + self.refuted + self.hidden)
 
 
 class Sight:
@@ -99,18 +97,30 @@ class Sight:
 
     def evidence(self, shape: TrackedShape, world_from_shape: np.ndarray) -> Evidence:
         """Compare a body at a supposed pose (4, 4) with the picture."""
+        facing, empty, there, (rows, columns) = self._compared(shape, world_from_shape)
+        own = self._own(shape, rows, columns, there)
+        supported, refuted = int(own.sum()), int(empty.sum() + (there & ~own).sum())
+        return Evidence(supported, refuted, int(facing.sum()) - supported - refuted)
+
+    def empty(self, shape: TrackedShape, world_from_shape: np.ndarray) -> np.ndarray:
+        """Return through which samples (S,) of a body at a supposed pose (4, 4) the camera sees something behind."""
+        return self._compared(shape, world_from_shape)[1]
+
+    def _compared(
+        self, shape: TrackedShape, world_from_shape: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Return which samples (S,) face the camera, of those which are in empty space and which on a measured surface,
+        and the row and column of each.
+        """
         points = transform_points(world_from_shape, shape.samples)
         rays = self.eye - points
         normals = shape.normals @ world_from_shape[:3, :3].T
-        facing = (normals * rays).sum(axis=1) > FACING * np.linalg.norm(rays, axis=1)
+        facing = (normals * rays).sum(axis=1) > FACING * lengths(rays)
         depth, rows, columns, inside = self._project(points)
         near, far = self._near[rows, columns], self._far[rows, columns]
-        inside &= np.isfinite(near)
-        empty = facing & inside & (depth < near - MARGIN)
-        there = facing & inside & ~empty & (depth <= far + MARGIN)
-        own = there & self._own(shape, rows, columns, there)
-        supported, refuted = int(own.sum()), int(empty.sum() + (there & ~own).sum())
-        return Evidence(supported, refuted, int(facing.sum()) - supported - refuted, empty)
+        inside &= facing & np.isfinite(near)
+        empty = inside & (depth < near - MARGIN)
+        return facing, empty, inside & ~empty & (depth <= far + MARGIN), (rows, columns)
 
     def _own(self, shape: TrackedShape, rows: np.ndarray, columns: np.ndarray, there: np.ndarray) -> np.ndarray:
         """Return at which pixels (S,) one of nine has a colour of the shape; only those `there` are asked."""
@@ -137,7 +147,7 @@ def of_palette(features: np.ndarray, palette: np.ndarray) -> np.ndarray:
     """Return which colours (P, 4) are near one of a palette (C, 4); all of them where it is empty."""
     if not len(palette):
         return np.ones(len(features), dtype=bool)
-    return np.linalg.norm(features[:, None] - palette[None], axis=2).min(axis=1) < OWN_COLOR
+    return lengths(features[:, None] - palette[None]).min(axis=1) < OWN_COLOR
 
 
 def _mean(values: np.ndarray, measured: np.ndarray) -> np.ndarray:

@@ -35,11 +35,12 @@ ROUGHLY_THERE = 0.5  # share of an object's side that is where it was guessed, s
 LEAST_SUPPORT = 12  # samples on a measured surface, about 3 cm^2: fewer show no object
 # Costs: the share of an object that is refuted, half the share of the points that it leaves unexplained, and the mean
 # residual per 3 cm. Noise alone costs 0.05, completion's errors up to as much again.
-LIKELY, UNLIKELY, IMPOSSIBLE = 0.12, 0.35, 10.0
+CERTAIN, LIKELY, UNLIKELY, IMPOSSIBLE = 0.08, 0.12, 0.35, 10.0
 UPRIGHT_BONUS = 0.05  # that lying has to cost less than standing
 SINKS = 0.003  # m that a body may reach into the table: noise of its height
 REFUTED = 0.3  # share that is refuted of an object that is gone
 LEAST_GROUP = 12  # points, of 16 mm^2 each: fewer are noise and edges
+LEAST_STRANGER = 25  # points of what belongs to no object: 2 cm by 2 cm
 BESIDE = 0.015  # m from an object within which points of its colour may belong to it
 APPENDAGE = 0.35  # of an object's points at most are a side that was not seen before, such as a handle
 FLAT = 0.02  # m high: what is no higher neither leans nor lies otherwise, as far as a camera can tell
@@ -108,13 +109,13 @@ class Tracker:
         """Fit the objects that are about where they were or should be."""
         best = {}
         for i, (shape, at) in enumerate(zip(self.shapes, guesses)):
-            there = [judge(sight, shape, guess) for guess in at]
-            there = [fit for fit in there if fit.share >= ROUGHLY_THERE and fit.supported >= LEAST_SUPPORT]
+            there = [(sight.evidence(shape, guess), guess) for guess in at]
+            there = [one for one in there if one[0].share >= ROUGHLY_THERE and one[0].supported >= LEAST_SUPPORT]
             if there:
-                best[i] = max(there, key=lambda fit: fit.supported)
+                best[i] = max(there, key=lambda one: one[0].supported)[1]
         shapes = [self.shapes[i] for i in best]
         free = [free_turns(shape, upright=True) for shape in shapes]
-        fits = fit_together(sight, shapes, [fit.world_from_shape for fit in best.values()], free)
+        fits = fit_together(sight, shapes, list(best.values()), free)
         found = {i: fit for i, fit in zip(best, fits) if self._cost(i, fit) < UNLIKELY}
         # These may be turned otherwise, or have fallen; where they seem to be is tried once more.
         for i in self._with_rest(sight, found):
@@ -122,14 +123,14 @@ class Tracker:
         return found
 
     def _cost(self, index: int, fit: Fit, size: int = 0) -> float:
-        """Return how badly an object at a pose explains what is seen there, a group of `size` points; infinite if not
-        at all.
+        """Return how badly an object at a pose explains what is seen there, `size` points of its colours; infinite if
+        not at all.
         """
-        if fit.supported < LEAST_SUPPORT:
+        if fit.evidence.supported < LEAST_SUPPORT:
             return np.inf
         sunk = max(0.0, -lowest(self.shapes[index], fit.world_from_shape) - SINKS)
         unexplained = max(0.0, 1.0 - len(fit.points) / size) if size else 0.0
-        return (1.0 - fit.share) + 0.5 * unexplained + (fit.residual + sunk) / FAR_GATE
+        return (1.0 - fit.evidence.share) + 0.5 * unexplained + (fit.residual + sunk) / FAR_GATE
 
     def _elsewhere(
         self, sight: Sight, guesses: Sequence[Sequence[np.ndarray]], found: Mapping[int, Fit]
@@ -166,9 +167,11 @@ class Tracker:
             bar = least - (0.0 if way == "standing" else UPRIGHT_BONUS)
             for start in (*starts, *guesses) if way == "standing" else starts:
                 (fit,) = fit_together(sight, [shape], [start], [free_turns(shape, way == "standing")], among)
-                cost = self._cost(index, fit, len(group))
+                cost = self._cost(index, fit, len(own))
                 if cost < min(bar, least):
                     best, least = fit, cost
+                if least < CERTAIN:
+                    break
             if least < LIKELY or shape.height < FLAT:
                 break
         return best, least
@@ -203,6 +206,8 @@ class Tracker:
         clouds = []
         for group in self._rest(sight, found):
             owner = self._owner(sight, found, group)
+            if len(group) < LEAST_STRANGER:
+                continue
             if owner is None or len(group) > APPENDAGE * len(found[owner].points):
                 clouds.append(sight.points[group])
         return clouds
@@ -213,8 +218,7 @@ class Tracker:
             return Track(fit.world_from_shape @ from_shape, True, False, fit.residual)
         before = self.tracks[index]
         for guess in guesses:
-            there = judge(sight, self.shapes[index], guess)
-            if there.refuted <= REFUTED * (there.refuted + there.supported + there.hidden):
+            if sight.evidence(self.shapes[index], guess).refuted_share <= REFUTED:
                 return Track(guess @ from_shape, False, False, before.error_m)
         return Track(before.now_from_initial, False, True, before.error_m)
 
