@@ -18,9 +18,10 @@ STRIDE = 2  # pixels between those that are used, in both directions: 4 mm at 1 
 LEAST_HEIGHT = 0.003  # m above the table: four standard deviations of the mean of nine pixels at 1 m
 NOISE_BELOW = 0.006  # m below the table: three standard deviations of one pixel
 MARGIN = 0.005  # m between a body and a measurement that agree: noise, and what completion errs by
-OWN_COLOR = 0.12  # distance of features within which a colour is one of a palette
+OWN_COLOR = 0.08  # distance of features within which a colour is one of a palette: light and shade differ by 0.05
 TABLE_COLOR = 0.06  # the same for the table's colour, which fills most of the picture
-LENS_POINTS = 2000  # that tell the camera's focal lengths: without noise across the ray, a few would do
+# Points that tell the camera's focal lengths: there is no noise across the ray, so that a few would do.
+LENS_POINTS, LEAST_LENS_POINTS = 2000, 10
 FACING = 0.15  # cosine between a surface and the ray below which a camera hardly sees it
 
 
@@ -169,19 +170,22 @@ def _over(picture: CameraImage, table: Table) -> tuple[slice, slice]:
     """Return the rows and columns of a picture that show the table and what stands on it."""
     over = _above(picture.points, table)
     if not over.any():
-        return slice(0, 0), slice(0, 0)
+        return slice(None), slice(None)
     rows, columns = (np.flatnonzero(over.any(axis=axis)) for axis in (1, 0))
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
 
 
 def _lens(points: np.ndarray, pixels: np.ndarray, camera_from_world: np.ndarray) -> np.ndarray:
-    """Return the focal lengths and the principal point (2, 2), each row first, pixels, as measured points tell them.
+    """Return the focal lengths and the principal point (2, 2), each row first, pixels, as measured points tell them;
+    zeros if there are too few.
 
     Args:
         points: (P, 3) world frame, metres.
         pixels: (P, 2) their rows and columns.
         camera_from_world: (4, 4).
     """
+    if len(points) < LEAST_LENS_POINTS:
+        return np.zeros((2, 2))
     few = slice(None, None, max(1, len(points) // LENS_POINTS))
     camera = transform_points(camera_from_world, points[few])
     sides = [np.polyfit(camera[:, axis] / camera[:, 2], pixels[few, k] + 0.5, 1) for k, axis in ((0, 1), (1, 0))]

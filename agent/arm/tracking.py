@@ -99,8 +99,9 @@ class Tracker:
             for i, track in enumerate(self.tracks)
         ]
         found = self._where_guessed(sight, guesses)
-        for _ in range(2):  # in the first round, two objects may be one group of points
-            found |= self._elsewhere(sight, guesses, found)
+        # Two objects may be one group of points: when the one is found, the rest shows the other.
+        while more := self._elsewhere(sight, guesses, found):
+            found |= more
         self.tracks = [self._track(sight, i, guesses[i], found.get(i)) for i in range(len(self.shapes))]
         self.unknown = self._strangers(sight, found)
         return list(self.tracks)
