@@ -12,16 +12,18 @@ from scipy.spatial.transform import Rotation
 
 from agent.arm.sight import Evidence, Sight, of_palette
 from agent.arm.tracked_shape import TrackedShape
-from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, turn_of
+from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points, turn_of
 
 # m within which points count at first, and in the end: what an object may have been pushed, and four times the noise.
 FAR_GATE, NEAR_GATE = 0.03, 0.008
 ROUNDS = 10  # from the one to the other: the last ones move a pose by less than 0.1 mm
 SOFT = 0.5  # of the gate: residuals beyond it lose their weight
 EMPTY_WEIGHT = 0.5  # of a sample in empty space, beside a point: they are about as many
+LEVEL_WEIGHT = 0.3  # of all points: what stands upright stands on something, and where it is completed wrongly may sink
 DAMPING = 3.0  # points by which each step is held back: what the points do not tell stays as guessed
 LEAST_POINTS = 8  # fewer tell no pose
 MOST_POINTS = 400  # of one object that are used: more do not make it better
+ON_TABLE = 0.01  # m: what would stand no higher stands on the table
 TRIED_POINTS = 80  # of them for first guesses
 GUESSED_TURNS = 12  # about the vertical, 30 degrees apart: a fit turns by half of that
 HOPELESS = 0.015  # m from a first guess are the points, on average, of something else
@@ -29,6 +31,7 @@ LIKELIEST = 40  # first guesses of which different ones are taken
 SAME_SPOT, SAME_TURN = 0.02, math.radians(45)  # m, rad between first guesses that lead to the same fit
 UPRIGHT = np.array([True, True, True, False, False, True])  # of x, y, z and the turns about them
 WITHOUT_TURN = np.array([True, True, True, False, False, False])
+TILTED = math.radians(5)  # as standing things do not, and measured tilts do
 FREE = np.ones(6, dtype=bool)
 
 
@@ -58,9 +61,13 @@ class _Own:
     planes: np.ndarray
 
 
-def free_turns(shape: TrackedShape, upright: bool) -> np.ndarray:
-    """Return which of x, y, z and the turns about them (6,) a fit may change."""
-    return FREE if not upright else WITHOUT_TURN if shape.rounded else UPRIGHT
+def free_turns(shape: TrackedShape, pose: np.ndarray) -> np.ndarray:
+    """Return which of x, y, z and the turns about them (6,) a fit from a pose (4, 4) may change: no tilt of what stands
+    upright, and no turn of what is round.
+    """
+    if tilt_between(pose, np.eye(4)) > TILTED:
+        return FREE
+    return WITHOUT_TURN if shape.rounded else UPRIGHT
 
 
 def fit_together(
@@ -87,7 +94,8 @@ def fit_together(
     for width in np.geomspace(max(gate, NEAR_GATE), NEAR_GATE, ROUNDS):
         owned = _owned(sight, shapes, poses, colored, width)
         for k, (shape, mine) in enumerate(zip(shapes, owned)):
-            poses[k] = _step(sight, shape, poses[k], mine, free[k], width)
+            level = None if free[k][3] else float(guesses[k][2, 3])
+            poses[k] = _step(sight, shape, poses[k], mine, free[k], width, level)
     owned = _owned(sight, shapes, poses, colored, NEAR_GATE)
     return [_judged(sight, *each) for each in zip(shapes, poses, owned)]
 
@@ -126,9 +134,17 @@ def _owned(
 
 
 def _step(
-    sight: Sight, shape: TrackedShape, pose: np.ndarray, own: _Own, free: np.ndarray, width: float
+    sight: Sight,
+    shape: TrackedShape,
+    pose: np.ndarray,
+    own: _Own,
+    free: np.ndarray,
+    width: float,
+    level: float | None,
 ) -> np.ndarray:
-    """Return the pose after one step of damped least squares: onto its points, and out of empty space."""
+    """Return the pose after one step of damped least squares: onto its points, out of empty space, and near the height
+    `level` on which it should stand.
+    """
     if len(own.points) < LEAST_POINTS:
         return pose
     few = slice(None, None, math.ceil(len(own.points) / MOST_POINTS))
@@ -146,6 +162,11 @@ def _step(
         residual.append(apart[close])
         share = len(points) / max(1, len(shape.samples))
         weight.append(EMPTY_WEIGHT * share / (1.0 + (apart[close] / FAR_GATE) ** 2) ** 2)
+    if level is not None:
+        off = pose[2, 3] - level
+        jacobian.append(np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]))
+        residual.append(np.array([off]))
+        weight.append(np.array([LEVEL_WEIGHT * len(points) / (1.0 + (off / NEAR_GATE) ** 2) ** 2]))
     j, r, w = np.concatenate(jacobian)[:, free], np.concatenate(residual), np.concatenate(weight)
     hold = DAMPING * np.array([1.0, 1.0, 1.0, *[shape.radius**2] * 3])[free]
     change = np.zeros(6)
@@ -199,7 +220,9 @@ def guesses_from_points(
     for spot in spots if np.ptp(points[:, :2], axis=0).max() > 2 * shape.radius else spots[:2]:
         place = np.empty((len(rotations), 3))
         place[:, :2] = spot[:2] - (least + most)[:, :2] / 2
-        place[:, 2] = np.maximum(top - most[:, 2], -least[:, 2])
+        place[:, 2] = top - most[:, 2]
+        on_table = place[:, 2] + least[:, 2] < ON_TABLE
+        place[on_table, 2] = -least[on_table, 2]
         places.append(place)
     place = np.concatenate(places)
     rotation = np.tile(rotations, (len(places), 1, 1))

@@ -8,6 +8,7 @@ explains is unknown.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -18,6 +19,7 @@ from scipy.optimize import linear_sum_assignment
 
 from agent.arm.registration import (
     FAR_GATE,
+    FREE,
     Fit,
     explained,
     fit_together,
@@ -28,6 +30,7 @@ from agent.arm.registration import (
 )
 from agent.arm.sight import Sight, of_palette
 from agent.arm.tracked_shape import tracked_shape
+from structdiffusion.geometry import tilt_between
 from structdiffusion.observation import Scene, Table
 from structdiffusion.simulation.depth_camera import CameraImage
 
@@ -35,7 +38,9 @@ ROUGHLY_THERE = 0.5  # share of an object's side that is where it was guessed, s
 LEAST_SUPPORT = 12  # samples on a measured surface, about 3 cm^2: fewer show no object
 # Costs: the share of an object that is refuted, half the share of the points that it leaves unexplained, and the mean
 # residual per 3 cm. Noise alone costs 0.05, completion's errors up to as much again.
-CERTAIN, LIKELY, UNLIKELY, IMPOSSIBLE = 0.08, 0.12, 0.35, 10.0
+CERTAIN, LIKELY, UNLIKELY, UNLIKELY_LYING, IMPOSSIBLE = 0.08, 0.12, 0.35, 0.5, 10.0
+FALLEN = math.radians(45)  # of tilt
+NO_BETTER = 0.01  # cost that a fit has to save
 UPRIGHT_BONUS = 0.05  # that lying has to cost less than standing
 SINKS = 0.003  # m that a body may reach into the table: noise of its height
 REFUTED = 0.3  # share that is refuted of an object that is gone
@@ -99,9 +104,14 @@ class Tracker:
             for i, track in enumerate(self.tracks)
         ]
         found = self._where_guessed(sight, guesses)
+        # These may be turned otherwise, or have fallen; where they seem to be is tried once more.
+        doubtful = {i: found.pop(i) for i in self._with_rest(sight, found)}
+        for i, fit in doubtful.items():
+            guesses[i].insert(0, fit.world_from_shape)
         # Two objects may be one group of points: when the one is found, the rest shows the other.
         while more := self._elsewhere(sight, guesses, found):
             found |= more
+        found = doubtful | found
         self.tracks = [self._track(sight, i, guesses[i], found.get(i)) for i in range(len(self.shapes))]
         self.unknown = self._strangers(sight, found)
         return list(self.tracks)
@@ -115,13 +125,9 @@ class Tracker:
             if there:
                 best[i] = max(there, key=lambda one: one[0].supported)[1]
         shapes = [self.shapes[i] for i in best]
-        free = [free_turns(shape, upright=True) for shape in shapes]
+        free = [free_turns(shape, pose) for shape, pose in zip(shapes, best.values())]
         fits = fit_together(sight, shapes, list(best.values()), free)
-        found = {i: fit for i, fit in zip(best, fits) if self._cost(i, fit) < UNLIKELY}
-        # These may be turned otherwise, or have fallen; where they seem to be is tried once more.
-        for i in self._with_rest(sight, found):
-            guesses[i].insert(0, found.pop(i).world_from_shape)
-        return found
+        return {i: fit for i, fit in zip(best, fits) if self._cost(i, fit) < UNLIKELY}
 
     def _cost(self, index: int, fit: Fit, size: int = 0) -> float:
         """Return how badly an object at a pose explains what is seen there, `size` points of its colours; infinite if
@@ -132,6 +138,11 @@ class Tracker:
         sunk = max(0.0, -lowest(self.shapes[index], fit.world_from_shape) - SINKS)
         unexplained = max(0.0, 1.0 - len(fit.points) / size) if size else 0.0
         return (1.0 - fit.evidence.share) + 0.5 * unexplained + (fit.residual + sunk) / FAR_GATE
+
+    @staticmethod
+    def _limit(fit: Fit) -> float:
+        """Return the cost from which on a fit counts as none; more for what lies, and shows sides not seen before."""
+        return UNLIKELY if tilt_between(fit.world_from_shape, np.eye(4)) < FALLEN else UNLIKELY_LYING
 
     def _elsewhere(
         self, sight: Sight, guesses: Sequence[Sequence[np.ndarray]], found: Mapping[int, Fit]
@@ -145,7 +156,7 @@ class Tracker:
         fits = {}
         for a, b in np.ndindex(*costs.shape):
             fits[a, b], cost = self._on_group(sight, lost[a], guesses[lost[a]], groups[b])
-            costs[a, b] = cost if cost < UNLIKELY else IMPOSSIBLE
+            costs[a, b] = cost if cost < self._limit(fits[a, b]) else IMPOSSIBLE
         pairs = [(a, b) for a, b in zip(*linear_sum_assignment(costs)) if costs[a, b] < IMPOSSIBLE]
         return {lost[a]: fits[a, b] for a, b in pairs}
 
@@ -165,12 +176,16 @@ class Tracker:
                 starts = [best.world_from_shape]
             else:
                 starts = guesses_from_points(shape, sight.points[own], guesses[-1][:3, :3], way == "lying", GUESSES)
+            starts += guesses if way == "standing" else []
             bar = least - (0.0 if way == "standing" else UPRIGHT_BONUS)
-            for start in (*starts, *guesses) if way == "standing" else starts:
-                (fit,) = fit_together(sight, [shape], [start], [free_turns(shape, way == "standing")], among)
+            while starts:  # a tilted body is fitted again until that helps no more
+                start = starts.pop(0)
+                free = free_turns(shape, start) if way == "standing" else FREE
+                (fit,) = fit_together(sight, [shape], [start], [free], among)
                 cost = self._cost(index, fit, len(own))
-                if cost < min(bar, least):
+                if cost < min(bar, least) - NO_BETTER:
                     best, least = fit, cost
+                    starts += [] if way == "standing" else [fit.world_from_shape]
                 if least < CERTAIN:
                     break
             if least < LIKELY or shape.height < FLAT:
