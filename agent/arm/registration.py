@@ -194,21 +194,23 @@ def lowest(shape: TrackedShape, pose: np.ndarray) -> float:
 
 
 def guesses_from_points(
-    shape: TrackedShape, points: np.ndarray, facing: np.ndarray, lying: bool, count: int
+    shape: TrackedShape, points: np.ndarray, before: np.ndarray, lying: bool, count: int
 ) -> list[np.ndarray]:
     """Return the likeliest poses (4, 4) of a body that some points (P, 3) of a picture may show.
 
     Args:
         shape: the body.
         points: world frame, metres.
-        facing: (3, 3) its rotation so far: of equally likely ones, the nearest to it is taken.
+        before: (4, 4) its pose so far: of equally likely rotations, the nearest to that is taken.
         lying: whether it may lie on its side or head; otherwise it stands.
         count: of the poses.
     """
     few = points[:: math.ceil(len(points) / TRIED_POINTS)]
     low, high = points.min(axis=0), points.max(axis=0)
+    facing = before[:3, :3]
+    upright = facing if tilt_between(before, np.eye(4)) < TILTED else np.eye(3)
     turns = [pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / GUESSED_TURNS)[:3, :3] for k in range(GUESSED_TURNS)]
-    bases = _lying() if lying else [facing]
+    bases = _lying() if lying else [upright]
     if shape.rounded and not lying:
         turns = turns[:1]
     rotations = np.array([turn @ base for base in bases for turn in turns])

@@ -175,7 +175,7 @@ class Tracker:
             if way == "leaning":
                 starts = [best.world_from_shape]
             else:
-                starts = guesses_from_points(shape, sight.points[own], guesses[-1][:3, :3], way == "lying", GUESSES)
+                starts = guesses_from_points(shape, sight.points[own], guesses[-1], way == "lying", GUESSES)
             starts += guesses if way == "standing" else []
             bar = least - (0.0 if way == "standing" else UPRIGHT_BONUS)
             while starts:  # a tilted body is fitted again until that helps no more
