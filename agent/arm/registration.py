@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from agent.arm.sight import Evidence, Sight, of_palette
+from agent.arm.sight import Evidence, Sight, hue_distance, of_palette
 from agent.arm.tracked_shape import TrackedShape
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points, turn_of
 
@@ -23,6 +23,7 @@ LEVEL_WEIGHT = 0.3  # of all points: what stands upright stands on something, an
 DAMPING = 3.0  # points by which each step is held back: what the points do not tell stays as guessed
 LEAST_POINTS = 8  # fewer tell no pose
 MOST_POINTS = 400  # of one object that are used: more do not make it better
+STRAYS = (0.015, 0.985)  # shares of the points below and above which they do not tell how far an object reaches
 ON_TABLE = 0.01  # m: what would stand no higher stands on the table
 TRIED_POINTS = 80  # of them for first guesses
 GUESSED_TURNS = 12  # about the vertical, 30 degrees apart: a fit turns by half of that
@@ -43,12 +44,14 @@ class Fit:
         world_from_shape: (4, 4).
         residual: mean distance of its points from its surface, metres; infinite without points.
         points: indices of the points that lie on it.
+        off_color: mean distance of their colours from its palette, whatever the light.
         evidence: what the picture says about it.
     """
 
     world_from_shape: np.ndarray
     residual: float
     points: np.ndarray
+    off_color: float
     evidence: Evidence
 
 
@@ -179,7 +182,8 @@ def _step(
 
 def _judged(sight: Sight, shape: TrackedShape, pose: np.ndarray, own: _Own) -> Fit:
     residual = float(np.abs(own.distances).mean()) if len(own.points) else math.inf
-    return Fit(pose, residual, own.points, sight.evidence(shape, pose))
+    off_color = hue_distance(sight.features[own.points], shape.palette)
+    return Fit(pose, residual, own.points, off_color, sight.evidence(shape, pose))
 
 
 def judge(sight: Sight, shape: TrackedShape, pose: np.ndarray) -> Fit:
@@ -206,7 +210,7 @@ def guesses_from_points(
         count: of the poses.
     """
     few = points[:: math.ceil(len(points) / TRIED_POINTS)]
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = np.quantile(points, STRAYS, axis=0)
     facing = before[:3, :3]
     upright = facing if tilt_between(before, np.eye(4)) < TILTED else np.eye(3)
     turns = [pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / GUESSED_TURNS)[:3, :3] for k in range(GUESSED_TURNS)]
@@ -217,9 +221,9 @@ def guesses_from_points(
     spots = [(low + high) / 2, points.mean(axis=0), *(low + (high - low) * np.array(t) for t in _QUARTERS)]
     spread = shape.samples @ rotations.transpose(0, 2, 1)  # (R, S, 3)
     least, most = spread.min(axis=1), spread.max(axis=1)
-    top = float(np.quantile(points[:, 2], 0.98))
+    top = float(high[2])
     places = []
-    for spot in spots if np.ptp(points[:, :2], axis=0).max() > 2 * shape.radius else spots[:2]:
+    for spot in spots if (high - low)[:2].max() > 2 * shape.radius else spots[:2]:
         place = np.empty((len(rotations), 3))
         place[:, :2] = spot[:2] - (least + most)[:, :2] / 2
         place[:, 2] = top - most[:, 2]

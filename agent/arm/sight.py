@@ -18,6 +18,7 @@ STRIDE = 2  # pixels between those that are used, in both directions: 4 mm at 1 
 LEAST_HEIGHT = 0.003  # m above the table: four standard deviations of the mean of nine pixels at 1 m
 NOISE_BELOW = 0.006  # m below the table: three standard deviations of one pixel
 MARGIN = 0.005  # m between a body and a measurement that agree: noise, and what completion errs by
+COVERED = 0.0015  # m behind a measured surface: two standard deviations of the mean of nine pixels at 1 m
 OWN_COLOR = 0.08  # distance of features within which a colour is one of a palette: light and shade differ by 0.05
 TABLE_COLOR = 0.06  # the same for the table's colour, which fills most of the picture
 # Points that tell the camera's focal lengths: there is no noise across the ray, so that a few would do.
@@ -98,9 +99,10 @@ class Sight:
 
     def evidence(self, shape: TrackedShape, world_from_shape: np.ndarray) -> Evidence:
         """Compare a body at a supposed pose (4, 4) with the picture."""
-        facing, empty, there, (rows, columns) = self._compared(shape, world_from_shape)
+        facing, empty, there, before, (rows, columns) = self._compared(shape, world_from_shape)
         own = self._own(shape, rows, columns, there)
-        supported, refuted = int(own.sum()), int(empty.sum() + (there & ~own).sum())
+        # What is of another colour and a little nearer may be something thin that lies on it.
+        supported, refuted = int(own.sum()), int(empty.sum() + (there & ~own & ~before).sum())
         return Evidence(supported, refuted, int(facing.sum()) - supported - refuted)
 
     def empty(self, shape: TrackedShape, world_from_shape: np.ndarray) -> np.ndarray:
@@ -109,9 +111,9 @@ class Sight:
 
     def _compared(
         self, shape: TrackedShape, world_from_shape: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-        """Return which samples (S,) face the camera, of those which are in empty space and which on a measured surface,
-        and the row and column of each.
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Return which samples (S,) face the camera, which of those are in empty space, which on a measured surface and
+        which a little behind it, and the row and column of each.
         """
         points = transform_points(world_from_shape, shape.samples)
         rays = self.eye - points
@@ -121,7 +123,8 @@ class Sight:
         near, far = self._near[rows, columns], self._far[rows, columns]
         inside &= facing & np.isfinite(near)
         empty = inside & (depth < near - MARGIN)
-        return facing, empty, inside & ~empty & (depth <= far + MARGIN), (rows, columns)
+        there = inside & ~empty & (depth <= far + MARGIN)
+        return facing, empty, there, there & (depth > far + COVERED), (rows, columns)
 
     def _own(self, shape: TrackedShape, rows: np.ndarray, columns: np.ndarray, there: np.ndarray) -> np.ndarray:
         """Return at which pixels (S,) one of nine has a colour of the shape; only those `there` are asked."""
@@ -149,6 +152,15 @@ def of_palette(features: np.ndarray, palette: np.ndarray) -> np.ndarray:
     if not len(palette):
         return np.ones(len(features), dtype=bool)
     return lengths(features[:, None] - palette[None]).min(axis=1) < OWN_COLOR
+
+
+def hue_distance(features: np.ndarray, palette: np.ndarray) -> float:
+    """Return the mean distance of colours (P, 4) from the nearest of a palette (C, 4), whatever the light; 0 if either
+    is empty.
+    """
+    if not len(palette) or not len(features):
+        return 0.0
+    return float(lengths(features[:, None, :3] - palette[None, :, :3]).min(axis=1).mean())
 
 
 def _mean(values: np.ndarray, measured: np.ndarray) -> np.ndarray:

@@ -36,12 +36,15 @@ from structdiffusion.simulation.depth_camera import CameraImage
 
 ROUGHLY_THERE = 0.5  # share of an object's side that is where it was guessed, so that a fit is worth it
 LEAST_SUPPORT = 12  # samples on a measured surface, about 3 cm^2: fewer show no object
-# Costs: the share of an object that is refuted, half the share of the points that it leaves unexplained, and the mean
-# residual per 3 cm. Noise alone costs 0.05, completion's errors up to as much again.
-CERTAIN, LIKELY, UNLIKELY, UNLIKELY_LYING, IMPOSSIBLE = 0.08, 0.12, 0.35, 0.5, 10.0
+# Costs: the share of an object that is refuted, half the share of the points that it leaves unexplained, the mean
+# residual per 3 cm, and the distance of colours per `OTHER_COLOR`. Noise alone costs 0.05, completion's errors up to as
+# much again.
+CERTAIN, LIKELY, UNSURE, UNLIKELY, UNLIKELY_LYING, IMPOSSIBLE = 0.08, 0.12, 0.24, 0.35, 0.5, 10.0
+OTHER_COLOR = 0.1  # between two colours that nobody would confuse: a third of it is noticed
 FALLEN = math.radians(45)  # of tilt
-NO_BETTER = 0.01  # cost that a fit has to save
+NO_BETTER = 0.02  # cost that a fit has to save: so many points of noise change sides
 UPRIGHT_BONUS = 0.05  # that lying has to cost less than standing
+STAYED = 0.006  # m that an object may seem to have moved which nobody touched
 SINKS = 0.003  # m that a body may reach into the table: noise of its height
 REFUTED = 0.3  # share that is refuted of an object that is gone
 LEAST_GROUP = 12  # points, of 16 mm^2 each: fewer are noise and edges
@@ -105,7 +108,7 @@ class Tracker:
         ]
         found = self._where_guessed(sight, guesses)
         # These may be turned otherwise, or have fallen; where they seem to be is tried once more.
-        doubtful = {i: found.pop(i) for i in self._with_rest(sight, found)}
+        doubtful = {i: found.pop(i) for i in self._with_rest(sight, found) | self._badly_fitted(found)}
         for i, fit in doubtful.items():
             guesses[i].insert(0, fit.world_from_shape)
         # Two objects may be one group of points: when the one is found, the rest shows the other.
@@ -137,7 +140,8 @@ class Tracker:
             return np.inf
         sunk = max(0.0, -lowest(self.shapes[index], fit.world_from_shape) - SINKS)
         unexplained = max(0.0, 1.0 - len(fit.points) / size) if size else 0.0
-        return (1.0 - fit.evidence.share) + 0.5 * unexplained + (fit.residual + sunk) / FAR_GATE
+        missing = 1.0 - fit.evidence.share
+        return missing + 0.5 * unexplained + fit.off_color / OTHER_COLOR + (fit.residual + sunk) / FAR_GATE
 
     @staticmethod
     def _limit(fit: Fit) -> float:
@@ -176,14 +180,14 @@ class Tracker:
                 starts = [best.world_from_shape]
             else:
                 starts = guesses_from_points(shape, sight.points[own], guesses[-1], way == "lying", GUESSES)
-            starts += guesses if way == "standing" else []
+            starts = [*guesses, *starts] if way == "standing" else starts
             bar = least - (0.0 if way == "standing" else UPRIGHT_BONUS)
             while starts:  # a tilted body is fitted again until that helps no more
                 start = starts.pop(0)
                 free = free_turns(shape, start) if way == "standing" else FREE
                 (fit,) = fit_together(sight, [shape], [start], [free], among)
                 cost = self._cost(index, fit, len(own))
-                if cost < min(bar, least) - NO_BETTER:
+                if cost < min(bar, least - NO_BETTER):
                     best, least = fit, cost
                     starts += [] if way == "standing" else [fit.world_from_shape]
                 if least < CERTAIN:
@@ -206,6 +210,16 @@ class Tracker:
         """Return the found objects that have unexplained points of their colour beside them."""
         owners = {self._owner(sight, found, group) for group in self._rest(sight, found)}
         return {owner for owner in owners if owner is not None}
+
+    def _badly_fitted(self, found: Mapping[int, Fit]) -> set[int]:
+        """Return the found objects that fit badly; one that has not moved may: its body was completed wrongly."""
+        bad = set()
+        for i, fit in found.items():
+            before = self.tracks[i].now_from_initial @ self.shapes[i].world_from_shape
+            stayed = np.linalg.norm(fit.world_from_shape[:3, 3] - before[:3, 3]) < STAYED
+            if self._cost(i, fit) > (UNSURE if stayed else LIKELY):
+                bad.add(i)
+        return bad
 
     def _owner(self, sight: Sight, found: Mapping[int, Fit], group: np.ndarray) -> int | None:
         """Return the object that a group of points lies beside and has the colour of, or `None`."""
