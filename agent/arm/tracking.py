@@ -153,7 +153,7 @@ class Tracker:
     ) -> dict[int, Fit]:
         """Fit the other objects to what the found ones leave unexplained."""
         lost = [i for i in range(len(self.shapes)) if i not in found]
-        groups = self._rest(sight, found) if lost else []
+        groups = self._of_nobody(sight, found) if lost else []
         if not groups:
             return {}
         costs = np.full((len(lost), len(groups)), IMPOSSIBLE)
@@ -231,16 +231,18 @@ class Tracker:
         owner = min(apart, key=lambda i: apart[i], default=None)
         return owner if owner is not None and apart[owner] < BESIDE else None
 
-    def _strangers(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
-        """Return the clouds (P, 3) of what belongs to no object, not even as a side that was not seen before."""
-        clouds = []
+    def _of_nobody(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
+        """Return the unexplained groups without those that are a side of a found object which was not seen before."""
+        groups = []
         for group in self._rest(sight, found):
             owner = self._owner(sight, found, group)
-            if len(group) < LEAST_STRANGER:
-                continue
             if owner is None or len(group) > APPENDAGE * len(found[owner].points):
-                clouds.append(sight.points[group])
-        return clouds
+                groups.append(group)
+        return groups
+
+    def _strangers(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
+        """Return the clouds (P, 3) of what belongs to no object."""
+        return [sight.points[group] for group in self._of_nobody(sight, found) if len(group) >= LEAST_STRANGER]
 
     def _track(self, sight: Sight, index: int, guesses: Sequence[np.ndarray], fit: Fit | None) -> Track:
         from_shape = np.linalg.inv(self.shapes[index].world_from_shape)
