@@ -44,6 +44,7 @@ OTHER_COLOR = 0.1  # between two colours that nobody would confuse: a third of i
 FALLEN = math.radians(45)  # of tilt
 NO_BETTER = 0.02  # cost that a fit has to save: so many points of noise change sides
 UPRIGHT_BONUS = 0.05  # that lying has to cost less than standing
+CLOSE = 0.004  # m: mean residual of points that lie on a badly completed body, half of those that any point may have
 STAYED = 0.006  # m that an object may seem to have moved which nobody touched
 SINKS = 0.003  # m that a body may reach into the table: noise of its height
 REFUTED = 0.3  # share that is refuted of an object that is gone
@@ -115,6 +116,7 @@ class Tracker:
         while more := self._elsewhere(sight, guesses, found):
             found |= more
         found = doubtful | found
+        found |= self._still_there(sight, found)
         self.tracks = [self._track(sight, i, guesses[i], found.get(i)) for i in range(len(self.shapes))]
         self.unknown = self._strangers(sight, found)
         return list(self.tracks)
@@ -144,8 +146,12 @@ class Tracker:
         return missing + 0.5 * unexplained + fit.off_color / OTHER_COLOR + (fit.residual + sunk) / FAR_GATE
 
     @staticmethod
-    def _limit(fit: Fit) -> float:
-        """Return the cost from which on a fit counts as none; more for what lies, and shows sides not seen before."""
+    def _limit(fit: Fit, owned: bool) -> float:
+        """Return the cost from which on a fit counts as none; more for what lies, and shows sides not seen before, and
+        less for points that may be a side of another object.
+        """
+        if owned:
+            return LIKELY if fit.evidence.hidden < fit.evidence.supported else 0.0
         return UNLIKELY if tilt_between(fit.world_from_shape, np.eye(4)) < FALLEN else UNLIKELY_LYING
 
     def _elsewhere(
@@ -153,14 +159,14 @@ class Tracker:
     ) -> dict[int, Fit]:
         """Fit the other objects to what the found ones leave unexplained."""
         lost = [i for i in range(len(self.shapes)) if i not in found]
-        groups = self._of_nobody(sight, found) if lost else []
+        groups = self._rest(sight, found) if lost else []
         if not groups:
             return {}
         costs = np.full((len(lost), len(groups)), IMPOSSIBLE)
-        fits = {}
+        fits, owned = {}, [self._is_owned(sight, found, group) for group in groups]
         for a, b in np.ndindex(*costs.shape):
             fits[a, b], cost = self._on_group(sight, lost[a], guesses[lost[a]], groups[b])
-            costs[a, b] = cost if cost < self._limit(fits[a, b]) else IMPOSSIBLE
+            costs[a, b] = cost if cost < self._limit(fits[a, b], owned[b]) else IMPOSSIBLE
         pairs = [(a, b) for a, b in zip(*linear_sum_assignment(costs)) if costs[a, b] < IMPOSSIBLE]
         return {lost[a]: fits[a, b] for a, b in pairs}
 
@@ -195,6 +201,18 @@ class Tracker:
             if least < LIKELY or shape.height < FLAT:
                 break
         return best, least
+
+    def _still_there(self, sight: Sight, found: Mapping[int, Fit]) -> dict[int, Fit]:
+        """Return the objects not found that seem to be where they were, however badly their bodies were completed."""
+        taken = np.concatenate([np.empty(0, dtype=np.int64), *(fit.points for fit in found.values())])
+        there = {}
+        for i in set(range(len(self.shapes))) - set(found):
+            pose = self.tracks[i].now_from_initial @ self.shapes[i].world_from_shape
+            fit = judge(sight, self.shapes[i], pose)
+            free = not np.isin(fit.points, taken).any() and self._cost(i, fit) < np.inf
+            if free and fit.evidence.share >= ROUGHLY_THERE and fit.residual < CLOSE:
+                there[i] = fit
+        return there
 
     def _rest(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
         """Return the indices of the points of each group that the found objects do not explain."""
@@ -231,18 +249,15 @@ class Tracker:
         owner = min(apart, key=lambda i: apart[i], default=None)
         return owner if owner is not None and apart[owner] < BESIDE else None
 
-    def _of_nobody(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
-        """Return the unexplained groups without those that are a side of a found object which was not seen before."""
-        groups = []
-        for group in self._rest(sight, found):
-            owner = self._owner(sight, found, group)
-            if owner is None or len(group) > APPENDAGE * len(found[owner].points):
-                groups.append(group)
-        return groups
+    def _is_owned(self, sight: Sight, found: Mapping[int, Fit], group: np.ndarray) -> bool:
+        """Return whether a group of points may be a side of a found object that was not seen before."""
+        owner = self._owner(sight, found, group)
+        return owner is not None and len(group) <= APPENDAGE * len(found[owner].points)
 
     def _strangers(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
         """Return the clouds (P, 3) of what belongs to no object."""
-        return [sight.points[group] for group in self._of_nobody(sight, found) if len(group) >= LEAST_STRANGER]
+        groups = [group for group in self._rest(sight, found) if len(group) >= LEAST_STRANGER]
+        return [sight.points[group] for group in groups if not self._is_owned(sight, found, group)]
 
     def _track(self, sight: Sight, index: int, guesses: Sequence[np.ndarray], fit: Fit | None) -> Track:
         from_shape = np.linalg.inv(self.shapes[index].world_from_shape)
