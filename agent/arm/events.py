@@ -56,7 +56,6 @@ class Picked(ArmEvent):
         attempt: 1 for the first try.
         fingers: the number of fingers, of three, that touched it.
         hold: what held it from then on: "weld after contact on both sides" or "friction".
-        slip_m, slip_rad: how far it moved in the world while the fingers closed.
     """
 
     object: int
@@ -65,8 +64,6 @@ class Picked(ArmEvent):
     attempt: int
     fingers: int
     hold: str
-    slip_m: float
-    slip_rad: float
 
 
 @dataclass(frozen=True)
@@ -122,6 +119,25 @@ class StandingChanged(ArmEvent):
     stands: bool
     trouble: str
     during: str
+
+
+@dataclass(frozen=True)
+class Noticed(ArmEvent):
+    """Something is otherwise than it should be: what the camera or the fingers told, and what is done about it.
+
+    Attributes:
+        object: its index, or `None` for something that takes no part, or belongs to no known object.
+        name: its name; "something" where nothing known looks like it.
+        what: "moved", "gone", "appeared", "fallen" or "not in the hand".
+        detail: in words that follow the name.
+        action: "go on", "place again", "take down", "lay out anew", "leave out" or "end".
+    """
+
+    object: int | None
+    name: str
+    what: str
+    detail: str
+    action: str
 
 
 @dataclass(frozen=True)

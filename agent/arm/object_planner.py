@@ -14,14 +14,15 @@ from agent.arm.motion_planner import CLEARANCE, HELD_OVERLAP, PlanningScene
 from agent.arm.placement_rules import ObstacleKey, PlacementRules
 from agent.arm.reachability import APPROACH, TOUCHING, Pair, Pick, Reachability, Standing
 from agent.arm.trajectories import CARTESIAN_STEP, interpolate
-from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
-from structdiffusion.geometry import raised, transform_points
+from structdiffusion.evaluation_protocol import MAX_TILT, RELEASE_HEIGHT
+from structdiffusion.geometry import raised, tilt_between, transform_points
 
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
 PAIRS_TRIED = 24  # ways to release an object that are tried before it is given up
 # m above the goal where an object is released, as in the evaluation protocol. From 5 mm or 1 cm less fruit rolls on, but the
 # opening hand tips over cups. A hand that does not fit into a container lets go above it.
 RELEASES_INTO = (RELEASE_HEIGHT, 0.06, 0.10)
+RELEASES_UPRIGHTED = (0.01, RELEASE_HEIGHT)  # m: what is put upright is held aslant, and would topple from higher
 # m, a last resort where nothing else was found: the fingers may touch the hulls of other objects, which are a little
 # too large, and the hull of what is held may overlap them further, because it fills hollows.
 LOOSE_CLEARANCE, LOOSE_OVERLAP = 0.0, 0.015
@@ -112,7 +113,7 @@ class ObjectPlanner:
             return None, "no grasp fits the hand"
         start = self.kinematics.folded if start is None else start
         reason = OUT_OF_REACH
-        for release in self._releases(index):
+        for release in self._releases(index, goal_from_now):
             tried = 0
             for pair in self._reachability.pairs(standing, goal_from_now, release):
                 if self.scene.checks > limit:
@@ -131,14 +132,16 @@ class ObjectPlanner:
                     return plan, ""
         return None, reason
 
-    def _releases(self, index: int) -> tuple[float, ...]:
+    def _releases(self, index: int, goal_from_now: np.ndarray) -> tuple[float, ...]:
+        if tilt_between(goal_from_now, np.eye(4)) > MAX_TILT:
+            return RELEASES_UPRIGHTED
         return RELEASES_INTO if index in self.rules.into else (RELEASE_HEIGHT,)
 
     def within_reach(self, index: int, standing: Standing, goal_from_now: np.ndarray) -> bool:
         """Return whether the object can be brought to its goal if nothing is in the way."""
         return any(
             next(self._reachability.pairs(standing, goal_from_now, release), None) is not None
-            for release in self._releases(index)
+            for release in self._releases(index, goal_from_now)
         )
 
     def standing_of(self, key: ObstacleKey, cloud: np.ndarray, bottom: float) -> Standing:
