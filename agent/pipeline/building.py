@@ -11,20 +11,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent import events
-from agent.arm.events import Picked, Placed, PlaceFailed, PlanFailed, Planned, StandingChanged
+from agent.arm.events import Noticed, Picked, Placed, PlaceFailed, PlanFailed, Planned, StandingChanged
 from agent.arm.placement_rules import PlacementRules, moving
-from agent.errors import ExecutionFailed
+from agent.errors import ExecutionFailed, PartlyDone
 from agent.event_base import Event
 from agent.pipeline.event_builders import chosen_event, describe_aside
 from agent.pipeline.table_goal import TableGoal
 
 if TYPE_CHECKING:
+    from agent.arm.remainder import Remainder, Replanner
     from agent.pipeline.film import Film
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.table_scene import TableScene
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Scene
 
+_GONE = "is gone"
 LAST_PICTURE = "camera-after"  # taken when the arm is done and what it built is about to be judged
 
 
@@ -40,6 +42,7 @@ def build_with_arm(
     on_step: Callable[[TableScene], None] | None = None,
     on_check: Callable[[], None] | None = None,
     log: TrajectoryLog | None = None,
+    replanner: Replanner | None = None,
 ) -> Generator[Event, None, None]:
     """Build with the arm, take a picture after every placement, and check the result.
 
@@ -54,9 +57,11 @@ def build_with_arm(
         on_step: called after every physics step while the arm is at work.
         on_check: called for every configuration that the planning of motions checks.
         log: gets every motion of the arm.
+        replanner: proposes other arrangements where something is gone or in the way while the arm builds.
 
     Raises:
         ExecutionFailed: if an object could not be placed, or the result does not stand as asked.
+        PartlyDone: if it does, but objects were gone.
         KeyboardInterrupt: on an interruption, after the event `Stopped` if the arm was at work.
     """
     from agent.arm.build_listeners import BuildListeners
@@ -71,6 +76,7 @@ def build_with_arm(
     reel = Film(table.film_camera) if film else None
     ranks = ranks or range(1, len(arrangements) + 1)
     progress = _BuildProgress(table, seen_at, scene, arrangements, ranks, several, reel)
+    progress.replanner = replanner
 
     def after_step() -> None:
         if reel is not None:
@@ -78,7 +84,7 @@ def build_with_arm(
         if on_step is not None:
             on_step(table)
 
-    listeners = BuildListeners(after_step, on_check, log)
+    listeners = BuildListeners(after_step, on_check, log, None if replanner is None else progress)
     with nullcontext() if reel is None else reel:
         try:
             work = build_structure(
@@ -89,7 +95,7 @@ def build_with_arm(
             yield from progress.film()
             raise
         yield from progress.film()
-    motions = arrangements[progress.index].goal_from_initial
+    motions = progress.arrangements[progress.index].goal_from_initial
     yield from _judge(table, wanted, moving(motions), motions @ initial, progress)
 
 
@@ -97,6 +103,9 @@ class _BuildProgress:
     """Follows the arm: adds the choice of an arrangement and the pictures to its events.
 
     Attributes:
+        arrangements: those that were proposed, then those that were laid out anew.
+        replanner: whom to ask for these.
+        lost: object -> why it is left out of what is built, in a sentence.
         index: of the arrangement that is being built.
         placed: the indices of the objects that were placed; one that was pushed away may be placed twice.
         down: object -> what happened to one that was placed and does not stand as placed, in a sentence.
@@ -115,13 +124,27 @@ class _BuildProgress:
         reel: Film | None,
     ) -> None:
         self._reel = reel
-        self._table, self._scene, self._arrangements, self._ranks = table, scene, arrangements, ranks
+        self._table, self._scene = table, scene
+        self.arrangements, self._ranks = list(arrangements), list(ranks)
+        self.replanner: Replanner | None = None
+        self.lost: dict[int, str] = {}
         self._wanted = wanted
         self._from_seen = {name: np.linalg.inv(pose) for name, pose in seen_at.items()}
         self.index, self.trouble = 0, "no arrangement could be planned"
         self.placed: list[int] = []
         self.down: dict[int, str] = {}
         self.supports: dict[int, int | None] = {}
+
+    def concerns(self, name: str) -> bool:
+        """Return whether the goal speaks of something that takes no part."""
+        return self.replanner is not None and self.replanner.concerns(name)
+
+    def lay_out(self, remainder: Remainder) -> Sequence[Arrangement]:
+        """Propose other arrangements, and number them after those that there are."""
+        proposed = [] if self.replanner is None else list(self.replanner.lay_out(remainder))
+        self.arrangements += proposed
+        self._ranks += range(max(self._ranks) + 1, max(self._ranks) + 1 + len(proposed))
+        return proposed
 
     def _follow(self, event: Event) -> None:
         """Keep count of what was placed and stands."""
@@ -135,10 +158,18 @@ class _BuildProgress:
                     self.down[event.object] = f"{event.name} {event.trouble} since it was placed"
                 if not event.aside:
                     self.placed.append(event.object)
+            case Noticed(what="gone" | "fallen", action="leave out" | "lay out anew", object=int(index)):
+                self.lost[index] = f"{event.name} {_GONE if event.what == 'gone' else 'lies on its side'}"
+            case Noticed(what="appeared", object=int(index)):
+                self.lost.pop(index, None)
             case StandingChanged(stands=True):
                 self.down.pop(event.object, None)
             case StandingChanged():
                 self.down[event.object] = f"{event.name} {event.trouble} since {event.during}"
+
+    def is_gone(self, index: int) -> bool:
+        """Return whether an object that is left out is not on the table any more."""
+        return self.lost[index].endswith(_GONE)
 
     def _index_of(self, support: str) -> int | None:
         """Return what an object rests on, as the world counts it; `None` where it is not known."""
@@ -170,7 +201,7 @@ class _BuildProgress:
         """Yield an event of the arm, with the choice before it and the picture after it."""
         if isinstance(event, Planned) and event.arrangement != self.index:
             self.index = event.arrangement
-            chosen = chosen_event(self._ranks[self.index], self._arrangements[self.index], self._scene, self._wanted)
+            chosen = chosen_event(self._ranks[self.index], self.arrangements[self.index], self._scene, self._wanted)
             yield chosen
             if aside := describe_aside(chosen):
                 yield events.Noted(aside)
@@ -229,19 +260,27 @@ def _judge(
 
     began = time.perf_counter()
     last = "the scene in the end, through the camera"
-    if not_placed := set(to_move) - set(progress.placed):
+    asked = len({*to_move, *progress.lost})
+    left, lost = _what_is_left(table, wanted, progress)
+    gone = [table.names[index] for index in lost]
+    to_move = [index for index in to_move if index not in lost]
+    told = [progress.lost[index] for index in lost if index not in progress.down]
+    not_placed = set(to_move) - set(progress.placed)
+    if not_placed or left is None:
         yield progress.pictured(LAST_PICTURE, last)
         stand = len(set(to_move) - not_placed - progress.down.keys())
         what = "were placed" if not progress.down else "stand as placed"
+        trouble = progress.trouble if not_placed else "the goal cannot hold without it" if len(gone) == 1 else ""
         raise ExecutionFailed(
-            f"{stand} of {len(to_move)} objects {what}: {'; '.join(filter(None, (progress.trouble, progress.fallen)))}"
+            f"{stand} of {asked} objects {what}: {'; '.join(filter(None, (*told, trouble, progress.fallen)))}"
         )
-    if isinstance(wanted, TableGoal):
+    if isinstance(left, TableGoal):
         failure, checks = judge_goal(
-            table.world, table.names, to_move, world_from_goal[list(to_move)], wanted, progress.supports
+            table.world, table.names, to_move, world_from_goal[to_move], left, progress.supports
         )
     else:
-        failure, checks = judge_built(table.world, range(table.count), world_from_goal, wanted, progress.supports)
+        indices = [index for index in range(table.count) if index not in lost]
+        failure, checks = judge_built(table.world, indices, world_from_goal[indices], left, progress.supports)
     yield from progress.changed(to_move, world_from_goal)
     yield progress.pictured(LAST_PICTURE, last)
     detail = "everything stands as asked"
@@ -249,10 +288,38 @@ def _judge(
         why = progress.fallen or f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}"
         stand = next(check for check in checks if check.name == STANDING)
         detail = why if stand.passed else f"{stand.measured:g} of {stand.limit} objects stand as placed: {why}"
+    count = table.count - len(gone)
     yield events.Checked(
-        failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies, table.count,
-        tuple(table.missing),
+        failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies, count,
+        (*table.missing, *gone),
     )  # fmt: skip
     if failure is not None:
         what = "goal" if isinstance(wanted, TableGoal) else "structure"
-        raise ExecutionFailed(f"the {what} was built but does not stand as asked ({failure}): {detail}")
+        why = "; ".join((*told, detail))
+        raise ExecutionFailed(f"the {what} was built but does not stand as asked ({failure}): {why}")
+    if gone:
+        every = count + len(table.missing) + len(gone)
+        raise PartlyDone(f"{count} of {every} objects stand as asked: {'; '.join(progress.lost[index] for index in lost)}")
+
+
+def _what_is_left(
+    table: TableScene, wanted: StructureSpec | TableGoal, progress: _BuildProgress
+) -> tuple[StructureSpec | TableGoal | None, list[int]]:
+    """Return the goal without what was left out, and the indices of that.
+
+    Where the goal cannot hold without them, objects that only lie there count as part of it. Without what is gone there
+    may be no goal any more.
+    """
+    from structdiffusion.structures import STRUCTURES
+
+    lost = sorted(progress.lost)
+    gone = [index for index in lost if progress.is_gone(index)]
+    left: StructureSpec | TableGoal | None = None
+    for these in (lost, gone):
+        if isinstance(wanted, TableGoal):
+            left = wanted.without([table.names[index] for index in these])
+        elif wanted.shape is None or table.count - len(these) >= STRUCTURES[wanted.shape].least:
+            left = wanted
+        if left is not None:
+            break
+    return left, these
