@@ -175,7 +175,7 @@ class Eyes:
         foot = np.array([*self.clouds[k][:, :2].mean(axis=0), self._bottoms[k]])
         stood = transform_points(before, foot)
         away = [float(np.linalg.norm((transform_points(motion, foot) - stood)[:2])) for motion in (now, turned)]
-        if min(away) < TIPPED:
+        if min(away) < min(TIPPED, 0.5 * max(away)):  # of what is as wide as high, both ends are about as near
             return (now, turned)[int(np.argmin(away))], True
         return now, shares[1] < shares[0] - NEARLY
 
