@@ -20,6 +20,7 @@ LONG = (
     ("tests/agent/batch/test_workers.py",),
     ("tests/agent/evaluation/success/",),
     ("tests/agent/chat/test_repl.py",),
+    ("tests/agent/arm/test_tracking.py",),
 )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from agent.arm.controller import MotionListener
+from agent.arm.remainder import Replanner
 
 
 @dataclass(frozen=True)
@@ -16,8 +17,10 @@ class BuildListeners:
         on_step: called after every physics step.
         on_check: called for every configuration that planning checks.
         log: receives every motion of the arm.
+        replanner: is asked for other arrangements where something is gone or in the way.
     """
 
     on_step: Callable[[], None] | None = None
     on_check: Callable[[], None] | None = None
     log: MotionListener | None = None
+    replanner: Replanner | None = None

@@ -108,15 +108,15 @@ class ArmDriver:
             self.step()
         self.wait(0.08)
 
-    def close(self, body: int, squeeze: float = 1.0) -> set[int]:
-        """Close the fingers until they touch `body` on both sides; return which fingers touch.
+    def close(self, *bodies: int, squeeze: float = 1.0) -> set[int]:
+        """Close the fingers until they touch any of `bodies` on both sides; return which fingers touch.
 
         Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets a
         little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against them
         both where it is.
 
         Args:
-            body: what they close on.
+            bodies: what they may meet.
             squeeze: share of that effort; with 0 the fingers stay where they touch.
         """
         self._begin("close hand")
@@ -131,7 +131,7 @@ class ArmDriver:
             targets[free] += FINGER_SPEED * TIME_STEP
             arm.command_fingers(list(targets))
             self.step()
-            for k in arm.touching(body) - touched:
+            for k in arm.touching(*bodies) - touched:
                 touched.add(k)
                 targets[k] = arm.finger_angles()[k]
             patience -= 0 in touched and len(touched) >= 2
@@ -140,7 +140,7 @@ class ArmDriver:
         effort = squeeze * FINGER_EFFORT / 2
         arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, effort, effort))
         self.wait(SQUEEZING_SECONDS)
-        return arm.touching(body)
+        return arm.touching(*bodies)
 
     def take(self, body: int) -> None:
         """Go on with `body` in the hand."""

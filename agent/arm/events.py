@@ -56,7 +56,6 @@ class Picked(ArmEvent):
         attempt: 1 for the first try.
         fingers: the number of fingers, of three, that touched it.
         hold: what held it from then on: "weld after contact on both sides" or "friction".
-        slip_m, slip_rad: how far it moved in the world while the fingers closed.
     """
 
     object: int
@@ -65,8 +64,6 @@ class Picked(ArmEvent):
     attempt: int
     fingers: int
     hold: str
-    slip_m: float
-    slip_rad: float
 
 
 @dataclass(frozen=True)

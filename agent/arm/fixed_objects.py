@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from agent.arm.grasps import TABLE_LEVEL, can_be_grasped
-from structdiffusion.completion.surface import completed_clouds
+from structdiffusion.completion.surface import completed_scene
 from structdiffusion.observation import Scene
 
 
@@ -17,7 +17,7 @@ def with_fixed(scene: Scene) -> Scene:
     """
     fixed = (
         index
-        for index, points in enumerate(completed_clouds(scene))
+        for index, points in enumerate(cloud.points for cloud in completed_scene(scene).objects)
         if scene.objects[index].bottom < TABLE_LEVEL and not can_be_grasped(points)
     )
     return replace(scene, fixed=tuple(fixed))

@@ -336,8 +336,12 @@ class JacoArm:
         )
         return pose_from_position_quaternion(np.array(state[4]), np.array(state[5]))
 
-    def touching(self, body: int) -> set[int]:
-        """Return the fingers (0 thumb, 1, 2) that press on `body` now."""
-        contacts = pybullet.getContactPoints(self.body, body, physicsClientId=self.client)
+    def touching(self, *bodies: int) -> set[int]:
+        """Return the fingers (0 thumb, 1, 2) that press on any of the bodies now."""
+        contacts = [
+            contact
+            for body in bodies
+            for contact in pybullet.getContactPoints(self.body, body, physicsClientId=self.client)
+        ]
         links = {contact[3] for contact in contacts if contact[9] > 0.0}
         return {k for k in range(3) if self.fingers[k] in links or self.tips[k] in links}

@@ -15,8 +15,8 @@ from agent.arm.placement_rules import ObstacleKey, PlacementRules
 from agent.arm.reachability import APPROACH, TOUCHING, Pair, Pick, Reachability, Standing
 from agent.arm.sliding import is_along_table, leads, sliding_path
 from agent.arm.trajectories import CARTESIAN_STEP, interpolate
-from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
-from structdiffusion.geometry import raised, transform_points
+from structdiffusion.evaluation_protocol import MAX_TILT, RELEASE_HEIGHT
+from structdiffusion.geometry import raised, tilt_between, transform_points
 
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
 LIFTS_TRIED = 2  # after which what slips out of the fingers is slid, if its goal is on the table
@@ -25,10 +25,12 @@ PAIRS_TRIED = 24  # ways to release an object that are tried before it is given 
 # opening hand tips over cups. A hand that does not fit into a container lets go above it.
 RELEASES_INTO = (RELEASE_HEIGHT, 0.06, 0.10)
 FRICTION_RELEASE = 0.01  # m, the same for what is held by friction, which leaves the opening fingers at once
+RELEASES_UPRIGHTED = (0.01, RELEASE_HEIGHT)  # m: what is put upright is held aslant, and would topple from higher
 # m, a last resort where nothing else was found: the fingers may touch the hulls of other objects, which are a little
 # too large, and the hull of what is held may overlap them further, because it fills hollows.
 LOOSE_CLEARANCE, LOOSE_OVERLAP = 0.0, 0.015
 OUT_OF_REACH = "no grasp is within reach both now and at the goal"
+ONLY_SLIDES = "it can only be slid along the table"
 
 
 @dataclass(frozen=True)
@@ -115,12 +117,12 @@ class ObjectPlanner:
             return None, "no grasp fits the hand"
         along = is_along_table(goal_from_now)
         if standing.slides and not along:
-            return None, "it can only be slid along the table"
+            return None, ONLY_SLIDES
         slipped = sum(not grasp.slides for grasp in avoid) >= LIFTS_TRIED
         start = self.kinematics.folded if start is None else start
         reason = OUT_OF_REACH
         # What slipped out of the fingers is rather slid.
-        ways = [(release, lifts) for release in self._releases(index, standing) for lifts in ((False, True) if slipped else (True,))]
+        ways = [(release, lifts) for release in self._releases(index, standing, goal_from_now) for lifts in ((False, True) if slipped else (True,))]
         for release, lifts in ways:
             tried = 0
             for pair in self._reachability.pairs(standing, goal_from_now, release):
@@ -142,9 +144,11 @@ class ObjectPlanner:
                     return plan, ""
         return None, reason
 
-    def _releases(self, index: int, standing: Standing) -> tuple[float, ...]:
+    def _releases(self, index: int, standing: Standing, goal_from_now: np.ndarray) -> tuple[float, ...]:
         if standing.slides:
             return (0.0,)
+        if tilt_between(goal_from_now, np.eye(4)) > MAX_TILT:
+            return RELEASES_UPRIGHTED
         if index in self.rules.into:
             return RELEASES_INTO
         return (RELEASE_HEIGHT if self.scene.arm.welds else FRICTION_RELEASE,)
@@ -153,7 +157,7 @@ class ObjectPlanner:
         """Return whether the object can be brought to its goal if nothing is in the way."""
         return any(
             next(self._reachability.pairs(standing, goal_from_now, release), None) is not None
-            for release in self._releases(index, standing)
+            for release in self._releases(index, standing, goal_from_now)
         )
 
     def standing_of(self, key: ObstacleKey, cloud: np.ndarray, bottom: float) -> Standing:

@@ -13,7 +13,7 @@ from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ObjectPlan
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.task_planner import Search
-from structdiffusion.completion.surface import completed_clouds
+from structdiffusion.completion.surface import completed_scene
 from structdiffusion.observation import Arrangement, Scene
 
 # Configurations that are checked, not seconds, so that the same seed ends the same way however busy the machine is: a
@@ -29,6 +29,7 @@ def plan_structure(
     planning_checks: int = PLANNING_CHECKS,
     kinematics: Kinematics = Kinematics(),
     rules: PlacementRules = PlacementRules(),
+    hold: str = "weld",
 ) -> Iterator[ArmEvent]:
     """Find the first arrangement with a plan for every object, without moving anything.
 
@@ -38,15 +39,24 @@ def plan_structure(
         `PlanFailed` for every arrangement without a plan, and `Planned` for the first that has one.
     """
     with PlanningScene(rng.spawn(1)[0], kinematics) as planning:
-        yield from find_plan(Search(planning, rng, scene.table, rules), scene, arrangements, planning_checks)
+        planning.arm.hold_by(hold)
+        search = Search(planning, rng, scene.table, rules)
+        yield from find_plan(search, completed_scene(scene), arrangements, planning_checks)
 
 
 def find_plan(
     search: Search, scene: Scene, arrangements: Sequence[Arrangement], planning_checks: int
 ) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
-    """Yield the events of planning; return the place of the first arrangement with a plan, and the plan, or `None`."""
+    """Yield the events of planning; return the place of the first arrangement with a plan, and the plan, or `None`.
+
+    Args:
+        search: the planner.
+        scene: with the hidden sides of its objects (`completed_scene`).
+        arrangements: best first.
+        planning_checks: the most configurations that may be checked.
+    """
     began = time.monotonic()
-    clouds = completed_clouds(scene)
+    clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.objects]
     bottoms = [cloud.bottom for cloud in scene.objects]
     distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
     # Where no arrangement has a plan, all are tried again with objects set down on the way and touched lightly.

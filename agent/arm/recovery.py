@@ -20,19 +20,19 @@ OPENING_SECONDS = 1.0  # in which closed fingers open
 SLACK = 0.002  # m: an overlap is not measured the same from all sides
 
 
-def set_down_below(driver: ArmDriver, index: int) -> None:
-    """Lower the object in the hand until it touches something, and open the hand.
+def set_down_below(driver: ArmDriver, height: float) -> None:
+    """Lower what is in the hand until it touches something, and open the hand.
 
     Args:
         driver: the driver of the arm.
-        index: the index of the object in `driver.world`.
+        height: m, how far the table is below what is in the hand.
     """
-    pose = driver.arm.world_from_ee()
-    height = float(driver.world.pose(index)[2, 3])
+    arm = driver.arm
+    assert arm.held is not None
+    index = driver.world.bodies.index(arm.held)
+    pose = arm.world_from_ee()
     depths = np.arange(0.0, height + LOWERING_STEP, LOWERING_STEP)
-    path = straight_line(
-        driver.arm.kinematics, driver.arm.configuration(), [raised(pose, -depth) for depth in depths]
-    )
+    path = straight_line(arm.kinematics, arm.configuration(), [raised(pose, -depth) for depth in depths])
     for q in () if path is None else path:
         if driver.world.clearances(index, reach=TOUCHING):
             break
@@ -100,7 +100,7 @@ def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> boo
         return False
     driver = ArmDriver(world, arm)
     if arm.held is not None:
-        set_down_below(driver, world.bodies.index(arm.held))
+        set_down_below(driver, float(world.pose(world.bodies.index(arm.held))[2, 3]))
     withdraw(driver)
     with PlanningScene(rng, arm.kinematics) as scene:
         fold(driver, scene)

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from agent.arm.motion_planner import PlanningScene
-from agent.arm.object_planner import OUT_OF_REACH, ObjectPlan, ObjectPlanner
+from agent.arm.object_planner import ONLY_SLIDES, OUT_OF_REACH, ObjectPlan, ObjectPlanner
 from agent.arm.placement_order import asides, bottom_at, precedence, stopovers
 from agent.arm.placement_rules import PlacementRules, moving
-from agent.arm.sliding import keep_ways_free, way_along_table
+from agent.arm.sliding import is_along_table, keep_ways_free, way_along_table
 from structdiffusion.geometry import transform_points
 from structdiffusion.observation import Table
 
@@ -74,6 +74,8 @@ class Search(ObjectPlanner):
         for i in sorted(set(range(count)) - done):
             # Before any motion is planned, as that takes longer; what is found is used below.
             standing = self.standing_of(i, current[i], bottoms[i])
+            if standing.slides and not is_along_table(motions[i]):
+                return [], i, ONLY_SLIDES
             if not stop_over and not self.within_reach(i, standing, motions[i]) and standing.grasps:
                 return [], i, OUT_OF_REACH
         while len(done) < count:

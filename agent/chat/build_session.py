@@ -249,11 +249,11 @@ class BuildSession(TableSession):
 
         proposal = self._proposed()
         rng = np.random.default_rng(self.options.seed)
-        kinematics = self.table.arm.kinematics
+        kinematics, hold = self.table.arm.kinematics, self.table.arm.hold
         several = proposal.several
         rules = PlacementRules() if several is None else several.placement_rules(proposal.scene)
         arrangements = proposal.arrangements_to_try[:1]
-        for event in plan_structure(proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules):
+        for event in plan_structure(proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules, hold=hold):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(

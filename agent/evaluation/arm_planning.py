@@ -22,6 +22,7 @@ from agent.arm.reachability import Reach, Reachability, Standing
 from agent.arm.task_planner import Search
 from agent.pipeline.candidates import filter_viable
 from structdiffusion.benchmark.latency import StepClock, observed_scenes, spec_of
+from structdiffusion.completion.surface import completed_scene
 from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.factory import load_planner
 
@@ -92,7 +93,7 @@ def _plan(
     clock = OuterClock()
     started, worked = time.perf_counter(), time.process_time()
     with _TimedScene(rng.spawn(1)[0], clock) as planning:
-        events = list(find_plan(_TimedSearch(planning, rng, scene.table), scene, arrangements, PLANNING_CHECKS))
+        events = list(find_plan(_TimedSearch(planning, rng, scene.table), completed_scene(scene), arrangements, PLANNING_CHECKS))
         checks = planning.checks
     rest = time.perf_counter() - started - clock.seconds(), time.process_time() - worked - clock.cpu_seconds()
     clock.steps[REST] = [*rest, 1]

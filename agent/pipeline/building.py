@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from agent import events
-from agent.arm.events import Disturbed, Picked, Placed, PlaceFailed, PlanFailed, Planned, StandingChanged
 from agent.arm.placement_rules import PlacementRules, moving
-from agent.errors import ExecutionFailed
+from agent.errors import ExecutionFailed, PartlyDone
 from agent.event_base import Event
-from agent.pipeline.event_builders import chosen_event, describe_aside
+from agent.pipeline.build_progress import BuildProgress
 from agent.pipeline.table_goal import TableGoal
 
 if TYPE_CHECKING:
     from agent.arm.disturbances import Disturber
-    from agent.pipeline.film import Film
+    from agent.arm.remainder import Replanner
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.table_scene import TableScene
     from grounding.spec import StructureSpec
@@ -42,6 +40,7 @@ def build_with_arm(
     on_check: Callable[[], None] | None = None,
     log: TrajectoryLog | None = None,
     disturber: Disturber | None = None,
+    replanner: Replanner | None = None,
 ) -> Generator[Event, None, None]:
     """Build with the arm, take a picture after every placement, and check the result.
 
@@ -57,9 +56,11 @@ def build_with_arm(
         on_check: called for every configuration that the planning of motions checks.
         log: gets every motion of the arm.
         disturber: disturbs the build.
+        replanner: proposes other arrangements where something is gone or in the way while the arm builds.
 
     Raises:
         ExecutionFailed: if an object could not be placed, or the result does not stand as asked.
+        PartlyDone: if it does, but objects were gone.
         KeyboardInterrupt: on an interruption, after the event `Stopped` if the arm was at work.
     """
     from agent.arm.build_listeners import BuildListeners
@@ -73,7 +74,8 @@ def build_with_arm(
     rules = PlacementRules() if several is None else several.placement_rules(scene)
     reel = Film(table.film_camera) if film else None
     ranks = ranks or range(1, len(arrangements) + 1)
-    progress = _BuildProgress(table, seen_at, scene, arrangements, ranks, several, reel)
+    progress = BuildProgress(table, seen_at, scene, arrangements, ranks, several, reel)
+    progress.replanner = replanner
 
     def after_step() -> None:
         if reel is not None:
@@ -83,7 +85,7 @@ def build_with_arm(
         if on_step is not None:
             on_step(table)
 
-    listeners = BuildListeners(after_step, on_check, log)
+    listeners = BuildListeners(after_step, on_check, log, None if replanner is None else progress)
     with nullcontext() if reel is None else reel:
         try:
             work: Generator[Event, None, None] = build_structure(
@@ -96,117 +98,8 @@ def build_with_arm(
             yield from progress.film()
             raise
         yield from progress.film()
-    motions = arrangements[progress.index].goal_from_initial
+    motions = progress.arrangements[progress.index].goal_from_initial
     yield from _judge(table, wanted, moving(motions), motions @ initial, progress)
-
-
-class _BuildProgress:
-    """Follows the arm: adds the choice of an arrangement and the pictures to its events.
-
-    Attributes:
-        index: of the arrangement that is being built.
-        placed: the indices of the objects that were placed; one that was pushed away may be placed twice.
-        down: object -> what happened to one that was placed and does not stand as placed, in a sentence.
-        supports: object -> the one, or `TABLE`, that it was to rest on, of those that were placed.
-        trouble: why something could not be placed, in a sentence.
-    """
-
-    def __init__(
-        self,
-        table: TableScene,
-        seen_at: Mapping[str, np.ndarray],
-        scene: Scene,
-        arrangements: Sequence[Arrangement],
-        ranks: Sequence[int],
-        wanted: TableGoal | None,
-        reel: Film | None,
-    ) -> None:
-        self._reel = reel
-        self._table, self._scene, self._arrangements, self._ranks = table, scene, arrangements, ranks
-        self._wanted = wanted
-        self._from_seen = {name: np.linalg.inv(pose) for name, pose in seen_at.items()}
-        self.index, self.trouble = 0, "no arrangement could be planned"
-        self.placed: list[int] = []
-        self.down: dict[int, str] = {}
-        self.supports: dict[int, int | None] = {}
-
-    def _follow(self, event: Event) -> None:
-        """Keep count of what was placed and stands."""
-        match event:
-            case PlaceFailed():
-                self.trouble = f"{event.name} could not be placed: {event.reason}"
-            case Placed():
-                self.down.pop(event.object, None)
-                self.supports[event.object] = self._index_of(event.on)
-                if event.trouble:
-                    self.down[event.object] = f"{event.name} {event.trouble} since it was placed"
-                if not event.aside:
-                    self.placed.append(event.object)
-            case StandingChanged(stands=True):
-                self.down.pop(event.object, None)
-            case StandingChanged():
-                self.down[event.object] = f"{event.name} {event.trouble} since {event.during}"
-
-    def _index_of(self, support: str) -> int | None:
-        """Return what an object rests on, as the world counts it; `None` where it is not known."""
-        from structdiffusion.simulation.world import TABLE
-
-        if support == "the table":
-            return TABLE
-        return self._table.names.index(support) if support else None
-
-    def changed(self, moved: Sequence[int], world_from_goal: np.ndarray) -> Iterator[StandingChanged]:
-        """Yield which of the moved objects stand otherwise than when the arm was done, against their goals (N, 4, 4)."""
-        from structdiffusion.protocol.standing import standing, support_name
-
-        for index in moved:
-            support = self.supports.get(index)
-            way = standing(self._table.world, index, world_from_goal[index], support)
-            if way.stands == (index in self.down):
-                trouble = way.trouble(support_name(support, self._table.names))
-                event = StandingChanged(index, self._table.names[index], way.stands, trouble, "the arm was done")
-                self._follow(event)
-                yield event
-
-    @property
-    def fallen(self) -> str:
-        """Say what was placed and does not stand, one after another; empty if everything does."""
-        return "; ".join(self.down.values())
-
-    def with_context(self, event: Event) -> Iterator[Event]:
-        """Yield an event of the arm, with the choice before it and the picture after it."""
-        if isinstance(event, Planned) and event.arrangement != self.index:
-            self.index = event.arrangement
-            chosen = chosen_event(self._ranks[self.index], self._arrangements[self.index], self._scene, self._wanted)
-            yield chosen
-            if aside := describe_aside(chosen):
-                yield events.Noted(aside)
-        if isinstance(event, Planned | PlanFailed):
-            event = replace(event, arrangement=self._ranks[event.arrangement] - 1)
-        yield event
-        self._follow(event)
-        if isinstance(event, Picked) and self._reel is not None and (picture := self._reel.draw()) is not None:
-            yield events.Pictured(f"placement-{len(self.placed) + 1}-picked", f"{event.name} in the hand", picture)
-        if isinstance(event, Disturbed):
-            yield self.pictured("placement-disturbed", f"after the disturbance: {event.name} {event.detail}")
-        if isinstance(event, Placed) and not event.aside:
-            number = len(self.placed)
-            caption = f"after placement {number}: {event.name}"
-            yield self.pictured(f"placement-{number}-after", caption)
-
-    def film(self) -> Iterator[Event]:
-        """Yield the film of the build so far, if the arm has moved."""
-        filmed = None if self._reel is None else self._reel.finish()
-        if filmed is not None:
-            motions = {name: poses @ self._from_seen[name] for name, poses in filmed.motions.items()}
-            yield replace(filmed, motions=motions, shapes=self._table.film_camera.shapes)
-            if self._reel.trouble:
-                yield events.Noted(f"there are no pictures of the arm at work: {self._reel.trouble}")
-
-    def pictured(self, name: str, caption: str) -> events.Pictured:
-        """Take a picture of the table as it is now, and measure how far everything has moved."""
-        motions = {known: pose @ self._from_seen[known] for known, pose in self._table.poses().items()}
-        return events.Pictured(name, caption, self._table.picture(), motions)
 
 
 def forward_events(
@@ -240,25 +133,33 @@ def _judge(
     wanted: StructureSpec | TableGoal,
     to_move: Sequence[int],
     world_from_goal: np.ndarray,
-    progress: _BuildProgress,
+    progress: BuildProgress,
 ) -> Iterator[Event]:
     from agent.pipeline.verdict import STANDING, judge_built, judge_goal
 
     began = time.perf_counter()
     last = "the scene in the end, through the camera"
-    if not_placed := set(to_move) - set(progress.placed):
+    asked = len({*to_move, *progress.lost})
+    left, lost = _what_is_left(table, wanted, progress)
+    gone = [table.names[index] for index in lost]
+    to_move = [index for index in to_move if index not in lost]
+    told = [progress.lost[index] for index in lost if index not in progress.down]
+    not_placed = set(to_move) - set(progress.placed)
+    if not_placed or left is None:
         yield progress.pictured(LAST_PICTURE, last)
         stand = len(set(to_move) - not_placed - progress.down.keys())
         what = "were placed" if not progress.down else "stand as placed"
+        trouble = progress.trouble if not_placed else "the goal cannot hold without it" if len(gone) == 1 else ""
         raise ExecutionFailed(
-            f"{stand} of {len(to_move)} objects {what}: {'; '.join(filter(None, (progress.trouble, progress.fallen)))}"
+            f"{stand} of {asked} objects {what}: {'; '.join(filter(None, (*told, trouble, progress.fallen)))}"
         )
-    if isinstance(wanted, TableGoal):
+    if isinstance(left, TableGoal):
         failure, checks = judge_goal(
-            table.world, table.names, to_move, world_from_goal[list(to_move)], wanted, progress.supports
+            table.world, table.names, to_move, world_from_goal[to_move], left, progress.supports
         )
     else:
-        failure, checks = judge_built(table.world, range(table.count), world_from_goal, wanted, progress.supports)
+        indices = [index for index in range(table.count) if index not in lost]
+        failure, checks = judge_built(table.world, indices, world_from_goal[indices], left, progress.supports)
     yield from progress.changed(to_move, world_from_goal)
     yield progress.pictured(LAST_PICTURE, last)
     detail = "everything stands as asked"
@@ -266,10 +167,39 @@ def _judge(
         why = progress.fallen or f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}"
         stand = next(check for check in checks if check.name == STANDING)
         detail = why if stand.passed else f"{stand.measured:g} of {stand.limit} objects stand as placed: {why}"
+    count = table.count - len(gone)
     yield events.Checked(
-        failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies, table.count,
-        tuple(table.missing),
+        failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies, count,
+        (*table.missing, *gone),
     )  # fmt: skip
     if failure is not None:
         what = "goal" if isinstance(wanted, TableGoal) else "structure"
-        raise ExecutionFailed(f"the {what} was built but does not stand as asked ({failure}): {detail}")
+        why = "; ".join((*told, detail))
+        raise ExecutionFailed(f"the {what} was built but does not stand as asked ({failure}): {why}")
+    if gone:
+        every = count + len(table.missing) + len(gone)
+        why = "; ".join(progress.lost[index] for index in lost)
+        raise PartlyDone(f"{count} of {every} objects stand as asked: {why}")
+
+
+def _what_is_left(
+    table: TableScene, wanted: StructureSpec | TableGoal, progress: BuildProgress
+) -> tuple[StructureSpec | TableGoal | None, list[int]]:
+    """Return the goal without what was left out, and the indices of that.
+
+    Where the goal cannot hold without them, objects that only lie there count as part of it. Without what is gone there
+    may be no goal any more.
+    """
+    from structdiffusion.structures import STRUCTURES
+
+    lost = sorted(progress.lost)
+    gone = [index for index in lost if progress.is_gone(index)]
+    left: StructureSpec | TableGoal | None = None
+    for these in (lost, gone):
+        if isinstance(wanted, TableGoal):
+            left = wanted.without([table.names[index] for index in these])
+        elif wanted.shape is None or table.count - len(these) >= STRUCTURES[wanted.shape].least:
+            left = wanted
+        if left is not None:
+            break
+    return left, these

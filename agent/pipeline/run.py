@@ -27,6 +27,7 @@ from agent.pipeline.event_builders import (
     why_not,
 )
 from agent.pipeline.instruction_parser import ReadingOptions
+from agent.pipeline.laying_out import GoalLayouts, StructureLayouts
 from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
@@ -35,6 +36,7 @@ from agent.recordings.recording import RecordedOptions
 
 if TYPE_CHECKING:
     from agent.arm.disturbances import Disturbance
+    from agent.arm.remainder import Replanner
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
@@ -171,7 +173,11 @@ class _Run:
                 self.step = "propose"
                 asked = make_goal(goal.spec, cache.encoder)
                 proposed = propose_arrangements(planner, options.model, scene, asked, options.seed)
-                yield from self._carried_out(table, goal.spec, replace(proposed, networks=networks))
+                replanner = StructureLayouts(
+                    goal.spec,
+                    lambda now: propose_arrangements(planner, options.model, now, asked, options.seed).arrangements,
+                )
+                yield from self._carried_out(table, goal.spec, replace(proposed, networks=networks), replanner)
                 return
             if spec is not None:
                 whole = structure_of(table, goal.spec)
@@ -211,10 +217,17 @@ class _Run:
             table.involve([cloud.name for cloud in proposed.scene.objects])
             yield perceived_event(proposed.scene, looking, table)
         networks = cache.provenance(options.model, options.weights)
-        yield from self._carried_out(table, wanted, replace(proposed, networks=networks))
+        replanner = GoalLayouts(
+            wanted, lambda now, rest: propose_goal(planner, options.model, now, rest, options.seed)
+        )
+        yield from self._carried_out(table, wanted, replace(proposed, networks=networks), replanner)
 
     def _carried_out(
-        self, table: TableScene, wanted: StructureSpec | TableGoal, proposed: events.Proposed
+        self,
+        table: TableScene,
+        wanted: StructureSpec | TableGoal,
+        proposed: events.Proposed,
+        replanner: Replanner,
     ) -> Iterator[Event]:
         """Choose a proposal, build or try it, and report objects that were left out."""
         from agent.pipeline.candidates import filter_viable
@@ -227,7 +240,7 @@ class _Run:
             yield events.Noted(aside)
         if self.options.execute:
             self.step = "build"
-            yield from self._built(table, scene, wanted, arrangements)
+            yield from self._built(table, scene, wanted, arrangements, replanner)
         else:
             self.step = "check"
             yield from release_in_physics(table, scene, wanted, arrangements[0])
@@ -240,6 +253,7 @@ class _Run:
         scene: Scene,
         wanted: StructureSpec | TableGoal,
         arrangements: Sequence[Arrangement],
+        replanner: Replanner,
     ) -> Iterator[Event]:
         from agent.recordings.trajectory_export import TrajectoryLog
 
@@ -248,8 +262,9 @@ class _Run:
         if options.disturb is not None:
             disturber = make_disturber(options.disturb, table, arrangements, options.objects, options.seed)
         building = build_with_arm(
-            table, scene, wanted, arrangements, options.seed, on_step=self.on_step, log=log, disturber=disturber
-        )
+            table, scene, wanted, arrangements, options.seed, on_step=self.on_step, log=log, disturber=disturber,
+            replanner=replanner,
+        )  # fmt: skip
         try:
             yield from self._checked_late(building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too

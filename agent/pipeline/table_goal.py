@@ -71,6 +71,39 @@ class TableGoal:
         index = self.names.index(name)
         return tuple(number for number, part in enumerate(self.goal.parts) if index in self._named_by(part))
 
+    def without(self, gone: Collection[str], fulfilled: Collection[int] = ()) -> TableGoal | None:
+        """Return the goal for what is left, or `None` if a part cannot hold without what is gone, or none is left.
+
+        Args:
+            gone: the names of the objects that are not on the table any more.
+            fulfilled: the numbers of parts that are left out, because they hold already.
+        """
+        lost = {index for index, name in enumerate(self.names) if name in gone}
+        parts, number = list[Part](), dict[int, int]()
+        for old, part in enumerate(self.goal.parts):
+            left = tuple(index for index in _listed(part.objects) if index not in lost)
+            short = len(left) < len(_listed(part.objects))
+            second = part.around if isinstance(part, StructurePart) else part.reference
+            if lost.intersection(_listed(second)) or (short and not _may_be_short(part, len(left))):
+                return None
+            if old in fulfilled or (short and not left):
+                continue
+            if any(isinstance(each, PartReference) and each.part not in number for each in (part.objects, second)):
+                return None
+            number[old] = len(parts)
+            parts.append(_pointing(replace(part, objects=left) if left else part, number))
+        kept = [index for index in range(len(self.names)) if index not in lost]
+        if not parts:
+            return None
+        return replace(
+            self,
+            goal=renumbered(Goal(tuple(parts)), {index: place for place, index in enumerate(kept)}),
+            names=tuple(self.names[index] for index in kept),
+            world_from_initial=self.world_from_initial[kept],
+            colors=tuple(self.colors[index] for index in kept) if self.colors else (),
+            unseen={name: pose for name, pose in self.unseen.items() if name not in gone},
+        )
+
     def placement_rules(self, scene: Scene) -> PlacementRules:
         """Return the rules for the order and the collisions of placements that follow from the relations "on" and "in".
 
@@ -202,6 +235,22 @@ def with_what_is_there(table: TableScene, goal: Goal) -> tuple[Goal, dict[str, s
 
 def _least(part: StructurePart) -> int:
     return STRUCTURES[part.shape].least if part.shape is not None else 1
+
+
+def _may_be_short(part: Part, count: int) -> bool:
+    """Return whether a part makes sense with `count` objects, fewer than were asked for."""
+    return count >= _least(part) if isinstance(part, StructurePart) else part.relation != "swapped"
+
+
+def _pointing(part: Part, number: Mapping[int, int]) -> Part:
+    """Return a part whose references to other parts have the new numbers of these."""
+
+    def mapped(objects: Objects | None) -> Objects | None:
+        return PartReference(number[objects.part]) if isinstance(objects, PartReference) else objects
+
+    if isinstance(part, RelationPart):
+        return replace(part, objects=mapped(part.objects), reference=mapped(part.reference))  # type: ignore[arg-type]
+    return replace(part, around=mapped(part.around))  # type: ignore[arg-type]
 
 
 def renumbered(goal: Goal, place: Mapping[int, int]) -> Goal:

@@ -35,6 +35,17 @@ def describe_object(one: Mapping[str, Any]) -> str:
     return f"{one['name']}, {color}" if color and color not in one["name"].split() else one["name"]
 
 
+# What is done about what was noticed, by `Noticed.action`.
+_ANSWERS = {
+    "go on": "the build goes on",
+    "place again": "it is placed again",
+    "take down": "what stands on it is taken down first",
+    "lay out anew": "what is left is laid out anew",
+    "leave out": "it is left out",
+    "end": "the build ends here",
+}
+
+
 def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
     """Describe an event of the arm in one sentence.
 
@@ -55,11 +66,8 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
             return f"no plan for candidate {payload['arrangement'] + 1}{about}: {payload['reason']}"
         case "picked":
             again = f", attempt {payload['attempt']}" if payload["attempt"] > 1 else ""
-            touched = (
-                f"picked {payload['name']} (grasp: {payload['grasp']}{again}): {payload['fingers']} fingers touch it"
-            )
-            slip = _slip(payload["slip_m"], payload["slip_rad"])
-            return f"{touched}, it moved by {slip} while they closed" if slip else touched
+            how = f"grasp: {payload['grasp']}{again}"
+            return f"picked {payload['name']} ({how}): {payload['fingers']} fingers touch it"
         case "pick_failed":
             attempt = f"grasp: {payload['grasp']}, attempt {payload['attempt']}"
             return f"could not pick {payload['name']} ({attempt}): {payload['reason']}"
@@ -69,6 +77,9 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
             return f"{payload['name']} stands as placed again, since {payload['during']}"
         case "standing_changed":
             return f"{payload['name']} stands no longer: it {payload['trouble']} since {payload['during']}"
+        case "noticed":
+            answer = _ANSWERS.get(payload["action"], payload["action"])
+            return f"noticed: {payload['name']} {payload['detail']}; {answer}"
         case "place_failed":
             return f"could not place {payload['name']}: {payload['reason']}"
         case "stopped":
@@ -92,13 +103,6 @@ def _placed(payload: Mapping[str, Any]) -> str:
         return f"released {payload['name']}{again}, but it does not stand: it {payload['trouble']}"
     off = f"{number(100 * payload['position_error_m'])} cm and {number(math.degrees(payload['angle_error_rad']))} deg"
     return f"placed {payload['name']}{again}: {off} from its goal"
-
-
-def _slip(metres: float, radians: float) -> str:
-    """Describe how far an object was moved and turned; values that round to zero are left out."""
-    moved, turned = number(100 * metres), number(math.degrees(radians), 0)
-    parts = [f"{moved} cm"] * (float(moved) != 0) + [f"{turned} deg"] * (float(turned) != 0)
-    return ", ".join(parts)
 
 
 def verdict_title(payload: Mapping[str, Any]) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
@@ -10,9 +12,13 @@ from structdiffusion.completion.view import View
 from structdiffusion.observation import ObjectCloud, Scene
 
 
-def completed_clouds(scene: Scene) -> list[np.ndarray]:
-    """Return the completed points (P, 3) of each object of a scene; see `completed_points`."""
-    return [completed_points(cloud, scene.world_from_camera) for cloud in scene.objects]
+def completed_scene(scene: Scene) -> Scene:
+    """Return a scene with the points of the hidden sides of its objects; the distractors stay as they were seen."""
+    objects = (
+        replace(cloud, points=completed_points(cloud, scene.world_from_camera).astype(np.float32), colors=None)
+        for cloud in scene.objects
+    )
+    return replace(scene, objects=tuple(objects))
 
 
 def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -> np.ndarray:

@@ -176,7 +176,7 @@ def run_events(scene: Scene) -> list[Event]:
             scene=scene,
         ),
         Planned(0, (0, 1, 2), ("side", "side", "rim"), 3.0),
-        Picked(0, "cup 1", "side", 1, 3, "friction", 0.002, 0.01),
+        Picked(0, "cup 1", "side", 1, 3, "friction"),
         Placed(0, "cup 1", False, 0.006, 0.02, np.eye(4), 4.0),
         events.Pictured("placement-1-after", "after placement 1: the cup 1", np.full((48, 64, 3), 90, np.uint8)),
         events.Checked(

@@ -15,6 +15,7 @@ from agent.arm.events import Disturbed, Placed, PlaceFailed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.interference import keep_away, spare_model
 from agent.arm.kinematics import JacoArm
+from agent.arm.remainder import Replanner
 from agent.evaluation.goals.solve import scene_row
 from agent.evaluation.loop.account import account_of
 from agent.evaluation.loop.verdict import failed_checks
@@ -44,6 +45,9 @@ class LoopBuild:
         arrangements: best first.
         hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
         library: the objects of which "add" brings one.
+
+    Attributes:
+        replanner: lays out anew what is left; `None` for nobody.
     """
 
     def __init__(
@@ -55,6 +59,7 @@ class LoopBuild:
         library: Sequence[ObjectModel],
     ) -> None:
         self.scene, self.hold, self.library = scene, hold, library
+        self.replanner: Replanner | None = None
         goal = scene.goal.resolved(len(scene.models))
         self.wanted = TableGoal(goal, tuple(scene.names), scene.world_from_initial, scene.colors or ())
         touched = sorted({*self.wanted.movable, *(index for one in arrangements for index in one.moved)})
@@ -113,7 +118,7 @@ class LoopBuild:
             self.choices,
             rng=np.random.default_rng((self.scene.seed, self.scene.number, len(self.part.objects))),
             rules=self.wanted.placement_rules(self.part),
-            listeners=BuildListeners(after_step),
+            listeners=BuildListeners(after_step, replanner=self.replanner),
         )
         for event in work:
             happened += [event] if disturber is None else disturber.events(event)

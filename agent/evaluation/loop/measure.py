@@ -11,6 +11,7 @@ from typing import Any
 import torch
 
 from agent.arm.disturbances import DISTURBANCES
+from agent.arm.remainder import Replanner
 from agent.evaluation.loop.build import KINDS, UNDISTURBED, LoopBuild
 from agent.evaluation.loop.config import LoopConfig, checked
 from agent.evaluation.loop.rates import rates_of
@@ -19,8 +20,11 @@ from agent.evaluation.result_store import ResultStore, store_folder
 from agent.evaluation.rows import LOST, Row, measured
 from agent.evaluation.scenes import SENTENCE_PLANNERS
 from agent.pipeline.candidates import checked_planner, is_viable
+from agent.pipeline.laying_out import GoalLayouts
+from agent.pipeline.proposing import propose_goal
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import make_goal
+from agent.pipeline.table_goal import TableGoal
 from agent.runtime.progress import progress
 from agent.runtime.worker_pool import workforce
 from grounding.spec import SpecError
@@ -31,7 +35,7 @@ from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Scene
 from structdiffusion.parallel import Lost
-from structdiffusion.planners.goal_planner import GoalArrangement
+from structdiffusion.planners.goal_planner import GoalArrangement, GoalPlanner
 from structdiffusion.structures.structure import LayoutError
 
 NO_SCENE = "no_scene"  # key of the reason in a row for which no scene can be drawn from these objects
@@ -123,9 +127,17 @@ class _Loaded:
     def __init__(self, library: tuple[ObjectModel, ...]) -> None:
         self.objects, self._cache = library, ResourceCache()
 
+    def _planner(self, config: LoopConfig) -> GoalPlanner:
+        return self._cache.goal_planner(config.model, config.weights, config.allow_unverified)
+
+    def replanner(self, config: LoopConfig, scene: GoalScene, wanted: TableGoal) -> Replanner:
+        """Return what lays a scene's goal out anew."""
+        planner, seed = self._planner(config), scene.planning_seed
+        return GoalLayouts(wanted, lambda now, rest: propose_goal(planner, config.model, now, rest, seed))
+
     def proposed(self, config: LoopConfig, scene: GoalScene) -> tuple[Scene, list[GoalArrangement]]:
         """Observe a scene, and return the observation and the arrangements that are worth a try, best first."""
-        planner = self._cache.goal_planner(config.model, config.weights, config.allow_unverified)
+        planner = self._planner(config)
         observed, spec = scene.observed(), scene.goal.plain_spec
         words = {}
         if spec is not None and config.model in SENTENCE_PLANNERS:
@@ -148,6 +160,7 @@ def _build_job(config: LoopConfig, loaded: _Loaded, job: _Job) -> list[Row]:
     except SceneError as error:
         return _rows_without(job, config.seed, NO_SCENE, str(error))
     build = LoopBuild(scene, *loaded.proposed(config, scene), config.hold, loaded.objects)
+    build.replanner = loaded.replanner(config, scene, build.wanted)
     return [build.row(kind) for kind in job.kinds]
 
 

@@ -9,7 +9,7 @@ import pytest
 from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.build_listeners import BuildListeners
 from agent.arm.controller import ArmDriver
-from agent.arm.events import ArmEvent, Picked, PickFailed, Placed, Planned, Stopped
+from agent.arm.events import ArmEvent, Noticed, Picked, PickFailed, Placed, Planned, Stopped
 from agent.arm.executor import build_structure
 from agent.arm.grasps import hand_pose
 from agent.arm.kinematics import JacoArm
@@ -179,8 +179,10 @@ def test_stopped_again_while_it_folds_the_next_build_folds_first(bench):
     bench.watch = first_folded
     bench.build()
     assert folded_at and folded_at[0] < 0.003  # before it took the block
-    # A grasp may fail and be tried again; what matters here is that the arm had folded before it.
-    assert [type(event) for event in bench.happened if type(event) is not PickFailed] == [Planned, Picked, Placed]
+    # The camera saw half of the block behind the arm: a grasp may fail, and the block may be placed once more; what
+    # matters here is that the arm had folded before it.
+    done = [type(event) for event in bench.happened if type(event) not in (PickFailed, Noticed)]
+    assert done[:3] == [Planned, Picked, Placed]
     assert bench.away < 0.05 and np.linalg.norm(bench.world.pose(0)[:2, 3] - GOAL[:2, 3]) < 0.03
 
 

@@ -12,7 +12,7 @@ from agent.evaluation.picks import Pick, _outcome, _pick, _rates
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 
-PICKED = Picked(0, "can", "across", 1, 3, "friction", 0.001, 0.0)
+PICKED = Picked(0, "can", "across", 1, 3, "friction")
 SLIPPED = PickFailed(0, "can", "across", 1, "it slipped out of the fingers")
 
 

@@ -99,7 +99,7 @@ def test_poses_move_the_clouds_as_the_objects_moved(view, sent, table):
     assert all(np.allclose(pose, [0, 0, 0, 0, 0, 0, 1], atol=1e-3) for pose in rest.values())
     motion = pose_from_xyz_yaw(0.05, -0.02, 0.1, 0.7)
     table.world.set_pose(0, motion @ table.poses()[first])
-    view.on_event(Picked(0, first, "side", 1, 3, "friction", 0.0, 0.0))
+    view.on_event(Picked(0, first, "side", 1, 3, "friction"))
     moved = matrix_of(sent.last("poses")["objects"][first])
     assert np.allclose(moved, motion, atol=1e-3)
 

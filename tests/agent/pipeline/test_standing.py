@@ -24,7 +24,7 @@ from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
 
-BLOCKS = [procedural_object("block", index) for index in range(2)]
+BLOCKS = [procedural_object("can", 2), procedural_object("bottle", 1)]
 START = np.array([pose_from_xyz_yaw(0.4, y, 0.0, 0.0) for y in (-0.25, -0.05)])
 GOALS = np.array([pose_from_xyz_yaw(0.55, y, 0.0, 0.0) for y in (0.0, 0.2)])
 

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from agent.arm.events import Picked, Stopped
+from agent.arm.events import Stopped
 from agent.errors import UsageError
 from agent.events import (
     Answered,
@@ -191,16 +191,6 @@ def test_a_success_without_some_of_the_objects_says_so(run_events, how, sentence
     failed = Failed("check", "3 of 4 objects stand as asked; cup 4 is left where it is: out of the arm's reach", 8)
     turn = record_of([*run_events[:5], verdict, failed, Finished(False, 8, 3.0)]).turn
     assert turn.outcome == f'<span class="badge quiet">{badge}</span>'
-
-
-def test_a_slip_of_nothing_is_left_out(run_events):
-    names = ["cup 1"]
-    still = Picked(0, "cup 1", "side", 1, 2, "friction", 0.0003, 0.004).to_dict()
-    assert arm_sentence(still, names) == "picked cup 1 (grasp: side): 2 fingers touch it"
-    moved = still | {"slip_m": 0.004}
-    assert arm_sentence(moved, names).endswith("it moved by 0.4 cm while they closed")
-    turned = still | {"slip_rad": 0.05}
-    assert arm_sentence(turned, names).endswith("it moved by 3 deg while they closed")
 
 
 def test_page_escapes_the_instruction(run_events, tmp_path):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from structdiffusion.completion.surface import completed_clouds, completed_points
+from structdiffusion.completion.surface import completed_points, completed_scene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.simulation.world import TabletopWorld
@@ -14,7 +14,7 @@ def test_the_middle_of_a_completed_cloud_is_that_of_the_object(kind):
     with TabletopWorld([model], [pose_from_xyz_yaw(0.45, 0.1, 0.0, 0.4)]) as world:
         scene = world.observe(np.random.default_rng(0))
         true = world.pose(0)[:2, 3]
-    (points,) = completed_clouds(scene)
+    points = completed_scene(scene).objects[0].points
     seen = scene.objects[0].points
     np.testing.assert_array_equal(points[: len(seen)], seen)
     middles = [0.5 * (each[:, :2].min(axis=0) + each[:, :2].max(axis=0)) for each in (seen, points)]

@@ -7,7 +7,7 @@ from agent.evaluation.loop.account import account_of
 
 
 def picked(index):
-    return Picked(index, f"can {index}", "side", 1, 3, "friction", 0.0, 0.0)
+    return Picked(index, f"can {index}", "side", 1, 3, "friction")
 
 
 def placed(index, trouble="", aside=False):

@@ -1,0 +1,134 @@
+"""Take and release single objects as planned; the fingers alone tell what is in the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from agent.arm.arm_model import FINGER_OPEN
+from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, ArmDriver
+from agent.arm.events import Picked, Stopped
+from agent.arm.motion_planner import PlanningScene
+from agent.arm.object_planner import ObjectPlan
+from agent.arm.recovery import SETTLE_SECONDS, fold, set_down_below, withdraw
+
+HOLDING_SECONDS = 0.2  # for which an object is held after the lift before it counts
+LISTENING_STEPS = 5  # of physics: a contact may be missing in one of them
+OPENED = 0.1  # rad by which all fingers give way only if the hand opens: what stands near may push one of them
+
+
+def both_sides(touching: Collection[int]) -> bool:
+    """Return whether the thumb (0) and at least one opposite finger are among `touching`."""
+    return 0 in touching and len(touching) >= 2
+
+
+class Handling:
+    """The hand at work. Whatever stands between the fingers is taken for the object of the plan.
+
+    Args:
+        driver: the driver of the arm.
+        scene: the planning scene, for motions back to the waiting pose.
+    """
+
+    def __init__(self, driver: ArmDriver, scene: PlanningScene) -> None:
+        self.driver, self.arm, self._scene = driver, driver.arm, scene
+        self.object: int | None = None  # in the hand, as far as known
+        self._closed = self.arm.finger_angles()  # when it took the object
+        self._caught = False  # whether the object is only caught between the fingers, which do not press
+        self._above = 0.0  # m: z of the hand when it took the object, less that of what the object stood on
+
+    def pick(self, plan: ObjectPlan, name: str, attempt: int, bottom: float) -> Picked | str:
+        """Take an object and lift it; return why that failed, and fold the arm then.
+
+        Args:
+            plan: its plan.
+            name: of the object.
+            attempt: 1 for the first.
+            bottom: z of what the object stands on.
+        """
+        driver, arm = self.driver, self.arm
+        driver.open(plan.grasp.opening)
+        driver.follow(plan.reach, f"reach {name}")
+        driver.follow(plan.approach, f"approach {name}", CARTESIAN_SPEED)
+        grasp = plan.grasp
+        # A rim that is slid is caught between the fingers without pressing, which would drive them out of it.
+        self._caught = grasp.slides and grasp.kind == "rim"
+        squeeze = 0.0 if self._caught else FLAT_SQUEEZE if grasp.kind == "flat" else 1.0
+        touching = driver.close(*driver.world.bodies, squeeze=squeeze)
+        reason = "the fingers met no contact on both sides"
+        if both_sides(touching):
+            self._above = float(arm.world_from_ee()[2, 3]) - bottom
+            driver.take(max(driver.world.bodies, key=lambda body: len(arm.touching(body))))
+            self.object, self._closed = plan.object, arm.finger_angles()
+            driver.follow(plan.lift, f"lift {name}", CARTESIAN_SPEED)
+            driver.wait(0.0 if arm.welds else HOLDING_SECONDS)
+            if self.holds():
+                by_friction = "the table, friction" if grasp.slides else "friction"
+                hold = "weld after contact on both sides" if arm.welds else by_friction
+                return Picked(plan.object, name, grasp.kind, attempt, len(touching), hold)
+            reason = "it slipped out of the fingers"
+        self._let_go(grasp.opening)
+        driver.follow(plan.approach[::-1], "retreat", CARTESIAN_SPEED)
+        fold(driver, self._scene)
+        return reason
+
+    def holds(self) -> bool:
+        """Return whether something is in the hand: the fingers have not opened, and without a weld they touch it from
+        both sides.
+        """
+        body = self.arm.held
+        if body is None or (self.arm.finger_angles() < self._closed - OPENED).all():
+            return False
+        if self.arm.welds or self._caught:
+            return True
+        for _ in range(LISTENING_STEPS):
+            if both_sides(self.arm.touching(body)):
+                return True
+            self.driver.step()
+        return False
+
+    def place(self, plan: ObjectPlan, name: str) -> bool:
+        """Bring what is in the hand to its goal, release it and fold the arm; return whether it was there to the end.
+        """
+        driver = self.driver
+        if plan.grasp.slides:
+            driver.follow(plan.transfer, f"slide {name}", SLIDING_SPEED)
+        else:
+            driver.follow(plan.transfer, f"transfer {name}")
+        if not self.holds():
+            self._let_go(FINGER_OPEN)
+            fold(driver, self._scene)
+            return False
+        driver.follow(plan.lower, f"lower {name}", CARTESIAN_SPEED)
+        driver.wait(0.15)
+        held = self.holds()
+        self._let_go(plan.grasp.opening)
+        driver.wait(0.25)
+        driver.follow(plan.retreat, "retreat", CARTESIAN_SPEED)
+        driver.follow(plan.fold, "fold")
+        driver.open(FINGER_OPEN)
+        driver.wait(SETTLE_SECONDS)
+        return held
+
+    def _let_go(self, opening: float) -> None:
+        self.driver.let_go(opening)
+        self.object = None
+
+    def stop(self, name: str) -> Stopped:
+        """Stop the arm, set down what is in the hand, and fold; after a second stop the arm stays where it is.
+
+        Args:
+            name: of what is in the hand.
+        """
+        index, set_down = self.object, False
+        try:
+            self.driver.halt()
+            if index is not None:
+                height = float(self.arm.world_from_ee()[2, 3]) - self._above
+                set_down_below(self.driver, height)
+                set_down = True
+            withdraw(self.driver)
+            fold(self.driver, self._scene)
+        except KeyboardInterrupt:
+            self.driver.halt()
+            return Stopped(index, name, set_down, False)
+        return Stopped(index, name, set_down, True)

@@ -1,0 +1,197 @@
+"""Keep account of a build: what of its goal stands, what is left to do, and what is done about a surprise."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+from shapely import MultiPoint
+
+from agent.arm.eyes import Eyes
+from agent.arm.monitor import Change
+from agent.arm.placement_order import GOAL_CLEARANCE, bottom_at, precedence
+from agent.arm.placement_rules import moving
+from agent.arm.remainder import Replanner
+from agent.arm.standing_watch import StandingWatch, standing_at
+from agent.arm.task_planner import Search
+from structdiffusion.evaluation_protocol import MAX_TILT
+from structdiffusion.geometry import tilt_between, transform_points
+from structdiffusion.observation import Arrangement
+from structdiffusion.simulation.world import TABLE
+
+PUSHED = 0.02  # m from its goal: worth another move
+LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
+ON_TABLE = 0.02  # m: what goes no higher and on no other object goes on the table
+MOST_PLACEMENTS = 3  # of one object: one that will not stand there is left as it is then
+MOST_CORRECTIONS = 1  # placements after the first, of one object that stands, only farther off than it should
+MOST_FAILURES = 2  # rounds of picks of one object that all failed
+
+
+class WorkLeft:
+    """The goal of a build, and what of it stands.
+
+    Args:
+        eyes: what is known of where everything is.
+        search: plans motions.
+        arrangements: those that were proposed; what is laid out anew is added.
+        rank: the index of the one that is built.
+        replanner: proposes others where this one cannot be built; `None` if there is nobody to ask.
+
+    Attributes:
+        expected: now_from_initial (4, 4) of every object as planned so far.
+        watch: what was placed.
+    """
+
+    def __init__(
+        self, eyes: Eyes, search: Search, arrangements: list[Arrangement], rank: int, replanner: Replanner | None
+    ) -> None:
+        self._eyes, self._search, self._replanner = eyes, search, replanner
+        self._arrangements = arrangements
+        self._bottoms = [cloud.bottom for cloud in eyes.scene.objects]
+        self.expected = list(eyes.motions[: eyes.count])
+        self.watch = StandingWatch(eyes)
+        self._placements, self._failures = Counter[int](), Counter[int]()
+        self._aside = set[int]()
+        self._left_out = set[int]()
+        self._uprighted = set[int]()  # those that lay and were put upright
+        self._why = dict[int, str]()  # object -> why it is moved again
+        self._anew: Change | None = None
+        self._follow(arrangements[rank])
+
+    def _follow(self, arrangement: Arrangement) -> None:
+        """Build this arrangement from now on."""
+        self.goal_from_initial = arrangement.goal_from_initial
+        self._moves = set(moving(self.goal_from_initial))
+        clouds = self._eyes.clouds[: self._eyes.count]
+        *_, self.stands_on = precedence(clouds, list(self.goal_from_initial), self._bottoms)
+        for index, containers in self._search.rules.into.items():
+            self.stands_on[index] = next((key for key in containers if isinstance(key, int)), self.stands_on[index])
+
+    # --- what stands -------------------------------------------------------------------------
+
+    def goal(self, index: int) -> np.ndarray:
+        """Return goal_from_initial (4, 4), shifted with the object that it will stand on, by 2 cm at most."""
+        goal = self.goal_from_initial[index].copy()
+        under = self.stands_on[index]
+        if under is not None and under not in self._eyes.gone:
+            offset = self._eyes.middle(under, self._eyes.motions[under]) - self._eyes.middle(
+                under, self.goal_from_initial[under]
+            )
+            distance = float(np.linalg.norm(offset[:2]))
+            if distance < 2 * LARGEST_CORRECTION:
+                goal[:2, 3] += offset[:2] * min(1.0, LARGEST_CORRECTION / max(distance, 1e-9))
+        return goal
+
+    def support(self, index: int) -> int | None:
+        """Return what an object rests on at its goal: another one, `TABLE`, or `None` where the scene does not tell."""
+        if self.stands_on[index] is not None or index in self._search.rules.into:
+            return self.stands_on[index]
+        bottom = bottom_at(self.goal_from_initial[index], self._eyes.clouds[index], self._bottoms[index])
+        return TABLE if bottom < ON_TABLE else None
+
+    def _carries(self, index: int) -> bool:
+        """Return whether something was put on an object."""
+        return any(other in self.watch and below == index for other, below in enumerate(self.stands_on))
+
+    def _is_done(self, index: int, limit: float) -> bool:
+        """Return whether nothing is left to do with an object itself: it stands at its goal, or it is given up.
+
+        Args:
+            limit: m from its goal, up to which it stands there.
+        """
+        if index in self._left_out or index in self._eyes.gone or self._failures[index] >= MOST_FAILURES:
+            return True
+        if index in self._moves and (index not in self.watch or index in self._aside):
+            return False
+        if self._placements[index] >= MOST_PLACEMENTS:
+            return True
+        way = standing_at(self._eyes, index, self.goal(index), self.support(index))
+        settled = self._carries(index) or self._placements[index] > MOST_CORRECTIONS
+        return way.stands and (settled or way.displacement <= limit)
+
+    def _not_done(self) -> set[int]:
+        """Return the objects that have to be moved: those that are not done, and what rests on them at the goal.
+
+        What stands, only farther off than it should, is moved when all else is done.
+        """
+        every = range(self._eyes.count)
+        found = {index for index in every if not self._is_done(index, math.inf)}
+        found = found or {index for index in every if not self._is_done(index, PUSHED)}
+        while more := {i for i, below in enumerate(self.stands_on) if below in found and i in self.watch} - found:
+            found |= more
+        return found - self._left_out - self._eyes.gone
+
+    def is_unfinished(self) -> bool:
+        """Return whether any object has to be moved still."""
+        return bool(self._not_done())
+
+    # --- what happens to it ------------------------------------------------------------------
+
+    def count_placement(self, index: int, aside: bool, uprighted: bool) -> None:
+        """Take it that an object was placed, or set aside for now; `uprighted`: it lay before."""
+        self._why.pop(index, None)
+        self._uprighted |= {index} if uprighted else set()
+        if aside:
+            self._aside.add(index)
+            self._why[index] = "had been set aside"
+        else:
+            self._aside.discard(index)
+            self._placements[index] += 1
+
+    def reason_to_move(self, index: int) -> str:
+        """Say why an object is moved although it had been moved before, in words that follow its name, or nothing."""
+        return self._why.get(index, "")
+
+    def give_up(self, index: int) -> Change | None:
+        """Take it that an object could not be moved; the second time it is left where it is.
+
+        Returns:
+            The change that is answered by leaving it out, if it is one that lies.
+        """
+        self._failures[index] += 1
+        if tilt_between(self._eyes.motions[index], np.eye(4)) < MAX_TILT:
+            return None
+        return Change(index, self._eyes.names[index], "fallen", "lies and cannot be put upright")
+
+    def answer(self, change: Change) -> str:
+        """Return what is done about a change, as `Noticed` has it."""
+        index, replanner = change.index, self._replanner
+        if index is None or index >= self._eyes.count:
+            in_the_way = change.cloud is not None and self._is_in_the_way(change.cloud)
+            if replanner is None or not (in_the_way or (index is not None and replanner.concerns(change.name))):
+                return "go on"
+            self._anew = change
+            return "lay out anew"
+        if index in self._left_out:
+            if change.what == "appeared" and index in self._moves:
+                self._left_out.discard(index)
+            return "go on"
+        # What lies again after it was put upright is not tried once more: it may fell others.
+        for_good = index in self._eyes.unclear or index in self._uprighted
+        if change.what == "gone" or (change.what == "fallen" and for_good):
+            return self.leave_out(change) if index in self._moves else "go on"
+        if index in self._moves and index not in self.watch:
+            return "go on"
+        if self._is_done(index, math.inf):
+            return "go on"
+        return "take down" if self._carries(index) else "place again"
+
+    def leave_out(self, change: Change) -> str:
+        """Leave an object out from now on, because of a change; return what is done about that."""
+        assert change.index is not None
+        self._left_out.add(change.index)
+        if self._replanner is None:
+            return "leave out"
+        self._anew = change
+        return "lay out anew"
+
+    def _is_in_the_way(self, cloud: np.ndarray) -> bool:
+        """Return whether a cloud (P, 3) takes the place of anything that has to be placed still."""
+        taken = MultiPoint(cloud[:, :2]).convex_hull
+        for index in self._not_done():
+            goal = transform_points(self.goal_from_initial[index], self._eyes.clouds[index])
+            near = MultiPoint(goal[:, :2]).convex_hull.distance(taken) < GOAL_CLEARANCE
+            if near and goal[:, 2].min() < np.percentile(cloud[:, 2], 98):
+                return True
+        return False

@@ -1,0 +1,202 @@
+"""Plan what is left of a build around what stands.
+
+What stands where it should stays. Everything else is planned again by one search, whatever has happened: an object that
+was pushed is taken from where it is now, a tower whose lower part is off is taken down from the top, what stands in the
+way is set aside. Where something is gone or the place of something is taken, the goal is laid out anew first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.arm.events import ArmEvent, Noticed, PlanFailed, Planned
+from agent.arm.eyes import Eyes
+from agent.arm.grasps import Grasp
+from agent.arm.object_planner import ObjectPlan
+from agent.arm.placement_order import bottom_at, stands_above
+from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
+from agent.arm.remainder import Remainder, Replanner
+from agent.arm.standing_watch import standing_at
+from agent.arm.task_planner import Search
+from agent.arm.work_left import MOST_PLACEMENTS, PUSHED, WorkLeft
+from structdiffusion.observation import Arrangement
+
+REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One motion of an object that is to come.
+
+    Attributes:
+        object: its index.
+        plan: how; `None` where it is planned when its turn comes.
+    """
+
+    object: int
+    plan: ObjectPlan | None = None
+
+
+class WorkPlanner(WorkLeft):
+    """A planner of what is left of a build.
+
+    Args:
+        eyes, search, arrangements, rank, replanner: as for `WorkLeft`.
+    """
+
+    def __init__(
+        self, eyes: Eyes, search: Search, arrangements: list[Arrangement], rank: int, replanner: Replanner | None
+    ) -> None:
+        super().__init__(eyes, search, arrangements, rank, replanner)
+        self._rounds = 0
+
+    def support_is_off(self, step: Step) -> bool:
+        """Return whether what an object is to be put on has to be moved first."""
+        under = None if step.plan is not None and step.plan.aside else self.stands_on[step.object]
+        return under is not None and under in self.watch and under in self._not_done()
+
+    def missing_support(self, step: Step) -> str:
+        """Say why an object cannot be brought to its goal because of what it was to stand on; empty if it can."""
+        under = None if step.plan is not None and step.plan.aside else self.stands_on[step.object]
+        if under is None or under not in self._moves or (under in self.watch and not self.watch.trouble(under)):
+            return ""
+        return f"{self._eyes.names[under]}, on which it was to stand, is not in place"
+
+    def plan_one(
+        self, index: int, target: np.ndarray | None, failed: Sequence[Grasp], start: np.ndarray
+    ) -> tuple[ObjectPlan | None, str]:
+        """Return a plan for one object from where everything is now, or `None` and the reason.
+
+        Args:
+            target: goal_from_initial (4, 4) if it is only set aside; by default its goal.
+            failed: grasps that failed.
+            start: (n,) the arm's configuration.
+        """
+        search, eyes = self._search, self._eyes
+        now = eyes.scene_now(solid=True)
+        clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in (*now.objects, *now.distractors)]
+        goal_from_now = (self.goal(index) if target is None else target) @ np.linalg.inv(eyes.motions[index])
+        start = search.kinematics.unwind(start, search.kinematics.folded)
+        limit = search.scene.checks + REPLANNING_CHECKS
+        try:
+            for last_resort in (False, True):
+                search.loosen(last_resort)
+                plan, reason = search.object(
+                    index, clouds[: eyes.count], clouds[eyes.count :], [cloud.bottom for cloud in now.objects],
+                    goal_from_now, limit, start, failed,
+                )  # fmt: skip
+                if plan is not None:
+                    break
+        finally:
+            search.loosen(False)
+        return plan, reason
+
+    def plan_again(self) -> Generator[ArmEvent, None, list[Step]]:
+        """Plan whatever is left from where everything is now; yield the events of another arrangement, if it takes one.
+
+        Returns:
+            The steps; none if there is nothing left to do, or things change more often than can be followed.
+        """
+        self._rounds += 1
+        if self._rounds > MOST_PLACEMENTS * self._eyes.count:
+            yield Noticed(None, "the table", "moved", f"has changed {self._rounds} times", "end")
+            return []
+        if self._anew is not None:
+            change, self._anew = self._anew, None
+            steps = yield from self._lay_out_anew()
+            if steps is not None:
+                return steps
+            index = change.index if change.index in self._left_out else None
+            action = "leave out" if index is not None else "go on"
+            yield Noticed(index, change.name, change.what, f"{change.detail}, and nothing else can be laid out", action)
+        left = self._not_done()
+        self._remember_why(left)
+        if not left:
+            return []
+        plans = self._planned(self._motions(left))
+        if plans:
+            return [Step(plan.object, plan) for plan in plans]
+        # There is no plan for all of them: one by one, what nothing stands on first, and of that what goes low.
+        self.expected = list(self._eyes.motions[: self._eyes.count])
+        outlines = [self._eyes.outline(i) for i in range(self._eyes.count)]
+        bottoms = [self._eyes.bottom(i) for i in range(self._eyes.count)]
+
+        def turn(index: int) -> tuple[bool, float]:
+            covered = any(stands_above(other, index, outlines, bottoms) for other in left)
+            return covered, bottom_at(self.goal_from_initial[index], self._eyes.clouds[index], self._bottoms[index])
+
+        return [Step(index) for index in sorted(left, key=turn)]
+
+    def _remember_why(self, left: set[int]) -> None:
+        for index in left & set(self._placements):
+            if index in self.watch and index not in self._aside:
+                way = standing_at(self._eyes, index, self.goal(index), self.support(index))
+                self._why[index] = (
+                    f"stood {100 * way.displacement:.1f} cm from its goal" if way.displacement > PUSHED
+                    else "did not stand" if not way.stands else "stood on what had to be moved"
+                )  # fmt: skip
+
+    def _motions(self, left: set[int]) -> np.ndarray:
+        """Return goal_from_now (N, 4, 4) of every object: the identity for what stays."""
+        motions = np.tile(np.eye(4), (self._eyes.count, 1, 1))
+        for index in left:
+            under = self.stands_on[index]
+            goal = self.goal_from_initial[index] if under in left else self.goal(index)
+            motions[index] = goal @ np.linalg.inv(self._eyes.motions[index])
+        return motions
+
+    def _planned(self, motions: np.ndarray) -> list[ObjectPlan]:
+        """Return the plans for motions goal_from_now (N, 4, 4); none if there is no plan for all of them."""
+        found = self._found([Arrangement(motions)])
+        while True:
+            try:
+                next(found)
+            except StopIteration as end:
+                return [] if end.value is None else end.value[1]
+
+    def _lay_out_anew(self) -> Generator[ArmEvent, None, list[Step] | None]:
+        """Ask for other arrangements, and return the steps of the first that can be built, or `None`."""
+        eyes, replanner, count = self._eyes, self._replanner, self._eyes.count
+        assert replanner is not None
+        not_done = self._not_done()
+        left = tuple(i for i in range(count) if i not in eyes.gone | self._left_out)
+        standing = frozenset(i for i in left if i not in not_done and (i in self.watch or i not in self._moves))
+        now = np.array(eyes.motions[:count])
+        seen = eyes.scene_now()
+        in_the_way = (seen.objects[i] for i in range(count) if i not in left and i not in eyes.gone)
+        others = (*seen.distractors, *in_the_way)
+        remainder = Remainder(eyes.scene, others, left, now, np.asarray(self.goal_from_initial), standing)
+        proposed = list(replanner.lay_out(remainder))
+        offset = len(self._arrangements)
+        self._arrangements += proposed
+        choices = [each.goal_from_initial @ np.linalg.inv(now) for each in proposed]
+        for motions in choices:
+            motions[np.isclose(motions, np.eye(4), atol=1e-9).all(axis=(1, 2))] = np.eye(4)  # they stay
+            motions[[i for i in range(count) if i not in left]] = np.eye(4)
+        found = self._found([Arrangement(motions) for motions in choices])
+        while True:
+            try:
+                event = next(found)
+            except StopIteration as end:
+                if end.value is None:
+                    return None
+                rank, plans = end.value
+                break
+            assert isinstance(event, Planned | PlanFailed)
+            yield replace(event, arrangement=event.arrangement + offset)
+        self._follow(proposed[rank])
+        for index in standing & {i for i in range(count) if i in self.watch}:
+            self.watch.place(index, self.goal_from_initial[index], self.support(index))
+        self._remember_why(self._not_done())
+        return [Step(plan.object, plan) for plan in plans]
+
+    def _found(
+        self, arrangements: Sequence[Arrangement]
+    ) -> Generator[ArmEvent, None, tuple[int, list[ObjectPlan]] | None]:
+        """Search a plan for the first of the arrangements, from where everything is now, that has one."""
+        self.expected = list(self._eyes.motions[: self._eyes.count])
+        limit = self._search.scene.checks + REPLANNING_CHECKS * max(1, self._eyes.count)
+        return find_plan(self._search, self._eyes.scene_now(solid=True), arrangements, limit)

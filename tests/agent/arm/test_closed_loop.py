@@ -1,0 +1,166 @@
+"""The build goes by the camera and the fingers alone, and what somebody does meanwhile is noticed and answered."""
+
+import numpy as np
+import pytest
+
+from agent.arm.arm_model import FINGER_OPEN
+from agent.arm.build_listeners import BuildListeners
+from agent.arm.events import Noticed, Picked, Placed, PlaceFailed, StandingChanged
+from agent.arm.executor import build_structure
+from agent.arm.kinematics import JacoArm
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.objects.procedural import procedural_object
+from structdiffusion.observation import Arrangement
+from structdiffusion.simulation.world import TabletopWorld
+
+AWAY = pose_from_xyz_yaw(0.0, 0.0, -20.0, 0.0)
+ROW = [(0.4, -0.3, 0.3), (0.4, -0.1, 0.0), (0.35, 0.1, 0.0)]
+
+
+class Build:
+    """One build of some objects; `disturb(build, event)` is called for every event."""
+
+    def __init__(self, kinds, goals, disturb=None, hold="weld", blind=False):
+        models = [procedural_object(kind, index) for index, kind in enumerate(kinds)]
+        start = [pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in ROW[: len(kinds)]]
+        self.goals = np.array([pose_from_xyz_yaw(x, y, z, yaw) for (x, y, z), (_, _, yaw) in zip(goals, ROW)])
+        self.events, self.lost = [], False
+        with TabletopWorld(models, start) as self.world:
+            self.world.settle()
+            self.arm = JacoArm(self.world.client)
+            self.arm.hold_by(hold)
+            scene = self.world.observe(np.random.default_rng(0))
+            arrangement = Arrangement(self.goals @ np.linalg.inv(np.array(self.world.poses())))
+            true = self.world.pose
+            if blind:
+                noise = np.random.default_rng(1)
+                self.world.pose = lambda index: pose_from_xyz_yaw(*noise.uniform(-1.0, 1.0, 3), noise.uniform(-3, 3))
+            listeners = BuildListeners(on_step=lambda: self.lose(disturb))
+            for event in build_structure(
+                self.world, self.arm, scene, [arrangement], rng=np.random.default_rng(0), listeners=listeners
+            ):
+                self.events.append(event)
+                if disturb is not None and disturb != "drop":
+                    disturb(self, event)
+            self.world.pose = true
+            self.world.step(1.0)
+            self.ends = np.array(self.world.poses())
+
+    def lose(self, disturb):
+        """Open the hand once, on the way with what it has picked."""
+        if disturb == "drop" and not self.lost and self.of(Picked):
+            self.lost, held = True, self.arm.held
+            self.arm.drop()
+            self.arm.held = held  # it is the arm that has to notice
+            self.arm.command_fingers([FINGER_OPEN] * 3)
+
+    def of(self, kind):
+        return [event for event in self.events if isinstance(event, kind)]
+
+    @property
+    def off(self):
+        """How far each object ends from its goal, metres."""
+        return np.linalg.norm(self.ends[:, :3, 3] - self.goals[:, :3, 3], axis=1)
+
+
+FLAT = [(0.55, -0.2, 0.0), (0.55, 0.0, 0.0), (0.55, 0.2, 0.0)]
+THREE = ("can", "box", "jar")
+
+
+@pytest.mark.parametrize("hold, kinds", [("weld", THREE), ("friction", ("candle", "cup", "jar"))])
+def test_true_poses_play_no_part(hold, kinds):
+    """With nonsense in their place the run is the same, event by event."""
+    seeing, blind = (Build(kinds, FLAT, hold=hold, blind=blind) for blind in (False, True))
+    told = [[event.to_dict() | {"seconds": 0} for event in build.events] for build in (seeing, blind)]
+    assert told[0] == told[1] and len(blind.of(Placed)) >= 3
+    assert not seeing.of(Noticed) and seeing.off.max() < 0.03 and blind.off.max() < 0.03
+
+
+def once(build, act, when):
+    """Call `act` for the first event for which `when` holds."""
+    if not build.lost and when(build.events[-1]):
+        build.lost = True
+        act()
+
+
+def test_what_was_pushed_from_its_place_is_placed_again():
+    def push(build, event):
+        done = build.of(Placed)
+        pushed = pose_from_xyz_yaw(-0.05, 0.0, 0.0, 0.0)
+        once(
+            build,
+            lambda: build.world.set_pose(done[0].object, pushed @ build.world.pose(done[0].object)),
+            lambda event: isinstance(event, Picked) and len(done) == 1,
+        )
+
+    build = Build(THREE, FLAT, push)
+    (noticed,) = build.of(Noticed)
+    first = build.of(Placed)[0]
+    assert (noticed.object, noticed.what, noticed.action) == (first.object, "moved", "place again")
+    assert noticed.detail.startswith("was moved by 5.") or noticed.detail.startswith("was moved by 4.")
+    assert [event.object for event in build.of(Placed)].count(first.object) == 2 and len(build.of(Placed)) == 4
+    assert build.off.max() < 0.03
+
+
+def test_what_waits_is_taken_from_where_it_was_pushed():
+    def push(build, event):
+        waiting = 3 - sum(event.object for event in build.of(Placed) + build.of(Picked)[1:])
+        pushed = pose_from_xyz_yaw(0.0, 0.05, 0.0, 0.0)
+        once(
+            build,
+            lambda: build.world.set_pose(waiting, pushed @ build.world.pose(waiting)),
+            lambda event: isinstance(event, Picked) and len(build.of(Placed)) == 1,
+        )
+
+    build = Build(THREE, FLAT, push)
+    assert [(event.what, event.action) for event in build.of(Noticed)] == [("moved", "go on")]
+    assert len(build.of(Placed)) == 3 and build.off.max() < 0.03
+
+
+def test_what_is_gone_is_left_out_and_the_rest_is_built():
+    def remove(build, event):
+        waiting = 3 - sum(event.object for event in build.of(Placed) + build.of(Picked)[1:])
+        once(
+            build,
+            lambda: build.world.set_pose(waiting, AWAY),
+            lambda event: isinstance(event, Picked) and len(build.of(Placed)) == 1,
+        )
+
+    build = Build(THREE, FLAT, remove)
+    (noticed,) = build.of(Noticed)
+    assert (noticed.what, noticed.action) == ("gone", "leave out")
+    there = [index for index in range(3) if index != noticed.object]
+    assert sorted(event.object for event in build.of(Placed)) == there and build.off[there].max() < 0.03
+    assert not build.of(PlaceFailed)
+
+
+@pytest.mark.parametrize("hold", ["weld", "friction"])
+def test_what_falls_out_of_the_hand_is_taken_again(hold):
+    build = Build(("box",), [(0.5, 0.1, 0.0)], "drop", hold)
+    noticed = build.of(Noticed)
+    assert (noticed[0].object, noticed[0].what, noticed[0].action) == (0, "not in the hand", "place again")
+    assert len(build.of(Picked)) >= 2
+    told = not build.of(Placed) or bool(build.of(Placed)[-1].trouble) or bool(build.of(PlaceFailed))
+    assert build.off[0] < 0.04 or told or noticed[-1].action == "leave out"  # never a false word
+
+
+def test_a_tower_is_taken_down_where_its_lower_part_is_off():
+    """The lower block is pushed with the one that stands on it, when all seems to be done."""
+    height = procedural_object("block", 0).height
+
+    def push(build, event):
+        pushed = pose_from_xyz_yaw(-0.06, 0.0, 0.0, 0.0)
+
+        def act():
+            for index in (0, 1):
+                build.world.set_pose(index, pushed @ build.world.pose(index))
+
+        once(build, act, lambda event: isinstance(event, Placed) and event.object == 1)
+
+    build = Build(("block", "block", "can"), [(0.55, 0.2, 0.0), (0.55, 0.2, height), (0.3, -0.35, 0.0)], push)
+    assert [event.object for event in build.of(Placed)][:3] == [0, 2, 1]
+    assert {event.action for event in build.of(Noticed)} == {"take down", "place again"}
+    again = [(event.object, event.aside) for event in build.of(Placed)][3:]
+    assert again == [(1, True), (0, False), (1, False)]
+    assert build.off.max() < 0.03 and build.ends[1][2, 3] == pytest.approx(height, abs=0.005)
+    assert {event.object for event in build.of(StandingChanged) if not event.stands} == {0, 1}

@@ -1,0 +1,116 @@
+"""What the camera tells of the table while the arm builds, and what of it is a surprise."""
+
+import math
+
+import numpy as np
+import pytest
+
+from agent.arm.eyes import Eyes
+from agent.arm.kinematics import JacoArm
+from agent.arm.monitor import Monitor
+from agent.arm.standing_watch import StandingWatch
+from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, tilt_between
+from structdiffusion.objects.procedural import procedural_object
+from structdiffusion.simulation.world import TABLE, TabletopWorld
+
+KINDS = ("can", "bottle", "box")
+PLACES = ((0.35, -0.25, 0.4), (0.45, 0.0, 0.0), (0.5, 0.25, 1.0))
+AWAY = pose_from_xyz_yaw(0.0, 0.0, -20.0, 0.0)
+
+
+class Table:
+    """Three objects that the camera has seen, and a fourth out of sight."""
+
+    def __init__(self, world):
+        self.world = world
+        world.settle()
+        self.scene = world.observe(np.random.default_rng(0), range(len(KINDS)))
+        self.arm = JacoArm(world.client)
+        self.eyes = Eyes(world, self.arm, self.scene, np.random.default_rng(1))
+        self.monitor = Monitor(self.eyes)
+        world.add(procedural_object("candle", 3), AWAY)
+        world.hold(3)
+
+    def changes(self, expected=None, **touched):
+        self.eyes.look(expected or {})
+        return [(change.index, change.what) for change in self.monitor.changes(expected or {}, **touched)]
+
+
+@pytest.fixture
+def table():
+    models = [procedural_object(kind, index) for index, kind in enumerate(KINDS)]
+    with TabletopWorld(models, [pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in PLACES]) as world:
+        yield Table(world)
+
+
+def test_the_arm_is_in_no_picture(table):
+    picture = table.eyes.picture()
+    arm = picture.segmentation == table.arm.body
+    assert arm.sum() > 1000 and not np.isfinite(picture.depth[arm]).any() and not np.isfinite(picture.points[arm]).any()
+    objects = np.isin(picture.segmentation, table.world.bodies[:3])
+    assert np.isfinite(picture.depth[objects]).mean() > 0.97  # the camera itself loses one pixel in a hundred
+
+
+def test_where_nothing_happens_nothing_has_moved(table):
+    for _ in range(3):
+        assert table.changes() == []
+    assert all(np.array_equal(motion, np.eye(4)) for motion in table.eyes.motions)
+
+
+def test_a_push_is_noticed_once(table):
+    pushed = pose_from_xyz_yaw(0.035, -0.02, 0.0, 0.0)
+    table.world.set_pose(0, pushed @ table.world.pose(0))
+    assert table.changes() == [(0, "moved")]
+    assert table.changes() == []
+    off = table.eyes.middle(0, table.eyes.motions[0]) - table.eyes.middle(0, pushed)
+    assert np.linalg.norm(off) < 0.01
+
+
+def test_what_the_arm_has_moved_itself_is_no_surprise(table):
+    moved = pose_from_xyz_yaw(0.1, 0.05, 0.0, 0.0)
+    table.world.set_pose(0, moved @ table.world.pose(0))
+    assert table.changes({0: moved}) == []
+    table.world.set_pose(2, pose_from_xyz_yaw(0.0, 0.02, 0.0, 0.0) @ table.world.pose(2))
+    assert table.changes(touched=2) == []
+    table.world.set_pose(2, pose_from_xyz_yaw(0.0, 0.05, 0.0, 0.0) @ table.world.pose(2))
+    assert table.changes(touched=2) == [(2, "moved")]  # more than the fingers would push it
+
+
+def test_what_is_taken_away_is_gone_and_may_come_back(table):
+    stood = table.world.pose(1)
+    table.world.set_pose(1, AWAY)
+    assert table.changes() == [(1, "gone")] and table.eyes.gone == {1}
+    assert table.eyes.cloud(1)[:, 0].max() < -4.0  # far from all that is planned
+    table.world.set_pose(1, stood)
+    assert table.changes() == [(1, "appeared")] and not table.eyes.gone
+
+
+def test_what_is_put_there_is_something_unknown(table):
+    table.world.set_pose(3, pose_from_xyz_yaw(0.4, 0.15, 0.0, 0.0))
+    assert table.changes() == [(None, "appeared")]
+    (cloud,) = table.eyes.unknown
+    assert np.linalg.norm(cloud[:, :2].mean(axis=0) - (0.4, 0.15)) < 0.03
+    assert [one.name for one in table.eyes.scene_now().distractors] == ["something 1"]
+    assert table.changes() == []
+
+
+def test_what_is_tipped_over_has_fallen_and_has_its_foot_where_it_stood(table):
+    x, y, _ = PLACES[1]
+    radius = float(np.abs(np.concatenate(table.world.models[1].hulls)[:, 0]).max())
+    table.world.set_pose(1, pose_from_xyz_rpy((x, y + radius, radius), (-math.pi / 2, 0.0, 0.0)))
+    table.world.hold(1)  # it would roll
+    assert table.changes() == [(1, "fallen")]
+    motion = table.eyes.motions[1]
+    assert abs(math.degrees(tilt_between(motion, np.eye(4))) - 90) < 15
+    assert motion[1, 2] > 0.9 and not table.eyes.unclear  # its top points to the left, where it fell
+
+
+def test_what_is_placed_out_of_sight_is_not_taken_to_stand(table):
+    """It rolled under the picture's edge, say: nothing shows it, and nothing refutes it."""
+    out = pose_from_xyz_yaw(3.0, 0.0, 0.0, 0.0)
+    table.world.set_pose(0, out @ table.world.pose(0))
+    table.world.hold(0)
+    watch = StandingWatch(table.eyes)
+    table.changes({0: out})
+    assert table.eyes.unconfirmed == {0}
+    assert watch.place(0, out, TABLE)[0] == "cannot be seen where it was put"
