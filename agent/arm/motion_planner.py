@@ -17,12 +17,13 @@ from ompl import util as ompl_util
 from scipy.spatial import ConvexHull, QhullError
 
 from agent.arm.kinematics import JacoArm, Kinematics
-from agent.arm.trajectories import interpolate
+from agent.arm.trajectories import interpolate, trajectory
 from structdiffusion.geometry import quaternion_from_matrix
 
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
 FINE_STEP = 0.01  # rad, the same for a path that is found
+ROUNDED_STEP = 0.05  # s between the checked states of a rounded motion: 3 cm of the hand at most
 FLOOR = 1.5  # m that the floor reaches to every side
 LEDGE = 0.1  # m ahead of a base that is lower than the table, where its edge is taken to be
 LEAVING = 0.35  # rad from a start within which the arm may be as near to things as it was there
@@ -224,12 +225,16 @@ class PlanningScene:
         straight = np.stack((start, goal))
         if not self.path_collides(straight) and self._holds_finely(straight, overlap):
             return straight
-        # Coarse checks are quick and mostly enough; a path that cuts a corner between them is searched again.
+        # Coarse checks are quick and mostly enough; a path that cuts a corner between them, or on which the arm would as it
+        # rounds its corners, is searched again.
+        found = None
         for step in (CHECK_STEP, FINE_STEP):
             path = self._search(start, goal, step, checks, overlap)
             if path is not None and self._holds_finely(path, overlap):
-                return path
-        return None
+                found = path
+                if not any(self.collides(q, -overlap) for q in trajectory(path, ROUNDED_STEP, self.kinematics.model.velocity)):
+                    return path
+        return found
 
     def _holds_finely(self, path: np.ndarray, overlap: float) -> bool:
         def allowed(q: np.ndarray) -> float:

@@ -19,6 +19,7 @@ from structdiffusion.evaluation_protocol import MAX_TILT, RELEASE_HEIGHT
 from structdiffusion.geometry import raised, tilt_between, transform_points
 
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
+ROOM = 0.02  # m that is kept around what is carried, where there is so much: hulls may overlap a little, and motors lag
 LIFTS_TRIED = 2  # after which what slips out of the fingers is slid, if its goal is on the table
 PAIRS_TRIED = 24  # ways to release an object that are tried before it is given up
 # m above the goal where an object is released, as in the evaluation protocol. From 5 mm or 1 cm less fruit rolls on, but the
@@ -285,6 +286,17 @@ class ObjectPlanner:
             "",
         )
 
+    def _transfer(self, held: np.ndarray, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
+        """Return a motion with an object (V, 3) in the hand, if possible with room around it."""
+        from_middle = held - held.mean(axis=0)
+        away = from_middle / np.maximum(np.linalg.norm(from_middle, axis=1, keepdims=True), 1e-9)
+        for room in (ROOM, 0.0):
+            self.scene.hold(held + room * away)
+            path = self.scene.plan(start, goal)
+            if path is not None:
+                break
+        return path
+
     def _carried(
         self, standing: Standing, pair: Pair, lifted: np.ndarray, release: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | str:
@@ -302,7 +314,8 @@ class ObjectPlanner:
         retreat = self._free(place.back)
         if retreat is None:
             return "the straight retreat from the goal is blocked or out of reach"
-        scene.hold(self._held(standing, pair.pick))
+        held = self._held(standing, pair.pick)
+        scene.hold(held)
         if slid is not None:
             if scene.path_collides(slid, LOOSE_CLEARANCE, floor=TOUCHING):
                 return "something stands in the way along the table"
@@ -310,7 +323,7 @@ class ObjectPlanner:
         above = self._free(place.up)
         if above is None:
             return "lowering the object is blocked or out of reach"
-        transfer = scene.plan(lifted, above[-1])
+        transfer = self._transfer(held, lifted, above[-1])
         if transfer is None:
             return "no free motion from the pick to the goal was found"
         return retreat, transfer, above[::-1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.completion.methods import complete
@@ -12,16 +13,23 @@ from structdiffusion.completion.view import View
 from structdiffusion.observation import ObjectCloud, Scene
 
 
+_HIGHER, _COVERED = 0.003, 1e-4  # m, m^2: what stands higher by less, or overlaps less, stands beside it
+
+
 def completed_scene(scene: Scene) -> Scene:
     """Return a scene with the points of the hidden sides of its objects; the distractors stay as they were seen."""
-    objects = (
-        replace(cloud, points=completed_points(cloud, scene.world_from_camera).astype(np.float32), colors=None)
-        for cloud in scene.objects
-    )
+    every = (*scene.objects, *scene.distractors)
+    outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in every]
+    objects = []
+    for index, cloud in enumerate(scene.objects):
+        higher = [k for k, other in enumerate(every) if other.bottom > cloud.bottom + _HIGHER]
+        covered = any(outlines[index].intersection(outlines[k]).area > _COVERED for k in higher)
+        points = completed_points(cloud, scene.world_from_camera, covered)
+        objects.append(replace(cloud, points=points.astype(np.float32), colors=None))
     return replace(scene, objects=tuple(objects))
 
 
-def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -> np.ndarray:
+def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None, covered: bool = False) -> np.ndarray:
     """Return the seen points of an object and points of its hidden sides: (P, 3) float64, world frame.
 
     The hidden sides have about as many points to the area as the completed body's whole surface has seen ones.
@@ -29,11 +37,16 @@ def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None) -
     Args:
         cloud: the seen points.
         world_from_camera: (4, 4), or `None`; then nothing is known to be hidden.
+        covered: whether something stands on it. Then its top is not seen, and nothing tells how far its sides reach back:
+            it is taken to fill the smallest rectangle around what is seen, if it is not round.
     """
     points = np.asarray(cloud.points, dtype=np.float64)
     if world_from_camera is None or len(points) < 4:
         return points
-    drawn = _surface_points(complete(cloud, world_from_camera).parts, len(points))
+    shape = complete(cloud, world_from_camera)
+    if covered and not shape.symmetry:
+        return np.concatenate((points, _surface_points((_prism(points, cloud.bottom),), len(points))))
+    drawn = _surface_points(shape.parts, len(points))
     hidden = drawn[View(points, world_from_camera[:3, 3]).hidden(drawn)]
     return np.concatenate((points, hidden))
 
@@ -50,6 +63,12 @@ def _surface_points(parts: tuple[np.ndarray, ...], count: int) -> np.ndarray:
     share = np.sort(rng.uniform(size=(count, 2)), axis=1)
     weights = np.column_stack((share[:, 0], share[:, 1] - share[:, 0], 1.0 - share[:, 1]))
     return np.einsum("nk,nkd->nd", weights, triangles[chosen])
+
+
+def _prism(points: np.ndarray, bottom: float) -> np.ndarray:
+    """Return the corners (8, 3) of an upright prism over the smallest rectangle around points (P, 3)."""
+    corners = np.array(shapely.MultiPoint(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
+    return np.concatenate([np.column_stack((corners, np.full(4, z))) for z in (bottom, points[:, 2].max())])
 
 
 def _triangles(part: np.ndarray) -> np.ndarray | None:
