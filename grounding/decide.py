@@ -73,12 +73,12 @@ class Circumstances:
 
     Attributes:
         nothing: the certainty that nothing is asked for, nothing that can be built, or nothing clear.
-        before: the goal so far; without parts for an instruction.
+        follows: whether there is a goal so far.
         scene: whether it is known what is there.
     """
 
     nothing: float = 0.0
-    before: Goal = Goal()
+    follows: bool = False
     scene: bool = True
 
 
@@ -86,25 +86,21 @@ def features(candidates: Sequence[Candidate], number: int, known: Circumstances)
     """Return what the probability of a candidate is computed from: the judgements, the certainties and the circumstances.
 
     Where the parser reads the same text, of one structure in no known scene, its agreement counts: it was taught without scenes.
-    A correction mostly changes one part of the goal so far: of several structures it is easily applied to the wrong one.
     """
     one = candidates[number]
     own, others = one.proposal.certainty, [each for place, each in enumerate(candidates) if place != number]
     surest = max((each.proposal.certainty for each in others if each.proposal.certainty != own), default=0.0)
-    kept = () if one.proposal.goal is None else one.proposal.goal.parts
-    gone = sum(part not in kept for part in known.before.parts)
     agreement = math.copysign(_logit(abs(one.agreement)), one.agreement) if one.agreement else 0.0
     return [
         1.0, one.logit, _logit(own), max((each.logit for each in others), default=-8.0), _logit(known.nothing),
-        float(one.agreement > 0), float(one.agreement < 0), float(bool(known.before.parts)), _logit(one.doubt),
+        float(one.agreement > 0), float(one.agreement < 0), float(known.follows), _logit(one.doubt),
         _logit(own / (own + surest)) if own > 0.0 else 0.0, agreement, float(not known.scene),
         _logit(own) if one.agreement else 0.0, float(bool(one.unused)), float(bool(one.unused) and not all(each.unused for each in others)),
-        float(len(known.before.structures) > 1), float(max(0, gone - 1)),
     ]  # fmt: skip
 
 
 def decide(
-    candidates: Sequence[Candidate], proposals: Sequence[Proposal], weights: Sequence[float], before: Goal = Goal(),
+    candidates: Sequence[Candidate], proposals: Sequence[Proposal], weights: Sequence[float], follows: bool = False,
     scene: bool = True,
 ) -> Decision:
     """Decide about a text.
@@ -113,12 +109,11 @@ def decide(
         candidates: the goals that can be built here.
         proposals: all, with those that have no goal.
         weights: of the `features`, in their order.
-        before: the goal so far; without parts for an instruction.
+        follows: whether there is a goal so far.
         scene: whether it is known what is there.
     """
-    follows = bool(before.parts)
     nothing = sum(each.certainty for each in proposals if each.answer)
-    known = Circumstances(nothing, before, scene)
+    known = Circumstances(nothing, follows, scene)
     shares = [
         _sigmoid(sum(w * x for w, x in zip(weights, features(candidates, number, known), strict=True)))
         for number in range(len(candidates))

@@ -270,7 +270,8 @@ class Interpreter:
         else:
             proposals = self._proposals(said, objects)
             candidates = self._candidates(said, proposals, objects)
-            decision = decide(candidates, proposals, self.verifier.weights, said.before, objects is not None)
+            follows, scene = bool(said.before.parts), objects is not None
+            decision = decide(candidates, proposals, self.verifier.weights, follows, scene)
             found, chosen = verdicts.of_decision(decision, proposals), decision.chosen
         found = replace(found, fallback=said.fallback, seconds=seconds + time.perf_counter() - started)
         if objects is not None or found.status != "ok" or chosen is None:

@@ -127,7 +127,7 @@ def judged(rows: Sequence[JudgedText], interpreter: Interpreter) -> tuple[np.nda
     for row in rows:
         candidates, proposals = interpreter.candidates(row.text, row.objects, row.before)
         nothing = sum(each.certainty for each in proposals if each.answer)
-        known = Circumstances(nothing, row.before, row.objects is not None)
+        known = Circumstances(nothing, bool(row.before.parts), row.objects is not None)
         for number, one in enumerate(candidates):
             found.append(features(candidates, number, known))
             right.append(float(row.is_meant(one.proposal)))

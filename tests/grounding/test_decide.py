@@ -2,15 +2,14 @@
 
 import pytest
 
-from grounding.decide import Candidate, Circumstances, decide, features
-from grounding.goals.goal import Goal
+from grounding.decide import Candidate, decide
 from grounding.parse_result import Question
 from grounding.propose.proposal import Proposal
 from tests.grounding.goal_in_words import goal_of_words
 
 LINE, CIRCLE = Proposal(goal_of_words("line of 0, 1, 2"), 0.6), Proposal(goal_of_words("circle of 0, 1, 2"), 0.3)
 DOUBT = Proposal(None, 0.1, question=Question("object", "which cup?", ("cup", "cup 2")))
-BY_VERIFIER = (0, 1, *(0,) * 15)  # the probability is that of the verifier's logit
+BY_VERIFIER = (0, 1, *(0,) * 13)  # the probability is that of the verifier's logit
 
 
 def decided(*logits, proposals=(LINE, CIRCLE)):
@@ -52,14 +51,14 @@ def test_what_can_be_had_does_not_take_the_place_of_what_was_likelier_meant(cert
 
 @pytest.mark.parametrize(("follows", "status"), [(True, "ask"), (False, "ok")])
 def test_words_that_nobody_knows_are_asked_about_or_told(follows, status):
-    found = decide([Candidate(LINE, 9, unknown=("gronk",))], (LINE,), BY_VERIFIER, CIRCLE.goal if follows else Goal())
+    found = decide([Candidate(LINE, 9, unknown=("gronk",))], (LINE,), BY_VERIFIER, follows)
     assert found.status == status and (found.chosen.unknown, found.offered) == (("gronk",), (LINE.goal,) if follows else ())
     assert found.chosen.lost == ("gronk",)
 
 
 @pytest.mark.parametrize(("scene", "status"), [(True, "ask"), (False, "ok")])
 def test_a_word_that_is_likely_lost_is_asked_about_in_a_scene(scene, status):
-    found = decide([Candidate(LINE, 9, lost=("upside down",), doubt=0.97)], (LINE,), BY_VERIFIER, scene=scene)
+    found = decide([Candidate(LINE, 9, lost=("upside down",), doubt=0.97)], (LINE,), BY_VERIFIER, False, scene)
     assert (found.status, found.chosen.lost) == (status, ("upside down",))
 
 
@@ -68,12 +67,3 @@ def test_a_wish_without_a_shape_asks_for_one():
     unclear = Proposal(None, 0.5, "unclear")
     found = decide([Candidate(objects, -3.0)], (unclear, objects), BY_VERIFIER)
     assert found.status == "ok" and found.chosen.proposal is objects  # a goal without a shape leads to the question of its shape
-
-
-def test_that_more_than_one_part_of_several_structures_goes_is_a_feature():
-    """A correction mostly changes one part of the goal so far."""
-    before = goal_of_words("line of 0, 1, 2; circle of 3, 4, 5")
-    for words, expected in (("line of 0, 1, 2; triangle of 3, 4, 5", [1, 0]), ("arc of 0, 1, 2; triangle of 3, 4, 5", [1, 1])):
-        one = Candidate(Proposal(goal_of_words(words), 0.5))
-        assert features([one], 0, Circumstances(before=before))[-2:] == expected
-    assert features([Candidate(LINE)], 0, Circumstances())[-2:] == [0, 0]
