@@ -155,7 +155,8 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
             for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
                 turned = hand_pose(position, yaw + turn, tilt if turn == 0.0 else -tilt)
                 turned[:3, 3] -= pinch * turned[:3, 1]
-                yield Grasp(turned, float(fitted.width[k]), float(fitted.opening[k]), kind, float(quality[k]), float(fitted.incline[k]))
+                values = float(fitted.width[k]), float(fitted.opening[k]), kind, float(quality[k]), float(fitted.incline[k])
+                yield Grasp(turned, *values)
 
 
 def _contacts(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -119,12 +120,12 @@ class ObjectPlanner:
         along = is_along_table(goal_from_now)
         if standing.slides and not along:
             return None, ONLY_SLIDES
+        # What slipped out of the fingers is rather slid than lifted once more.
         slipped = sum(not grasp.slides for grasp in avoid) >= LIFTS_TRIED
         start = self.kinematics.folded if start is None else start
         reason = OUT_OF_REACH
-        # What slipped out of the fingers is rather slid.
-        ways = [(release, lifts) for release in self._releases(index, standing, goal_from_now) for lifts in ((False, True) if slipped else (True,))]
-        for release, lifts in ways:
+        releases = self._releases(index, standing, goal_from_now)
+        for release, lifts in itertools.product(releases, (False, True) if slipped else (True,)):
             tried = 0
             for pair in self._reachability.pairs(standing, goal_from_now, release):
                 if self.scene.checks > limit:

@@ -12,7 +12,6 @@ from structdiffusion.completion.methods import complete
 from structdiffusion.completion.view import View
 from structdiffusion.observation import ObjectCloud, Scene
 
-
 _HIGHER, _COVERED = 0.003, 1e-4  # m, m^2: what stands higher by less, or overlaps less, stands beside it
 
 

@@ -24,7 +24,8 @@ def test_plates_and_books_are_slid(kind):
 
 
 def test_what_can_only_be_slid_does_not_get_onto_something():
-    events, *_ = build(["plate", "box"], [(0.42, -0.15, 0.0), (0.42, 0.2, 0.0)], [(0.42, 0.2, 0.1, 0.0), (0.42, 0.2, 0.0, 0.0)], hold="friction")
+    poses, goals = [(0.42, -0.15, 0.0), (0.42, 0.2, 0.0)], [(0.42, 0.2, 0.1, 0.0), (0.42, 0.2, 0.0, 0.0)]
+    events, *_ = build(["plate", "box"], poses, goals, hold="friction")
     assert [(type(event), event.reason) for event in events] == [(PlanFailed, "it can only be slid along the table")]
 
 

@@ -11,17 +11,29 @@ from agent.evaluation import picks
 from agent.evaluation.picks import Pick, _outcome, _pick, _rates
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
+from structdiffusion.objects.solids import assemble, box
 
 PICKED = Picked(0, "can", "across", 1, 3, "friction")
 SLIPPED = PickFailed(0, "can", "across", 1, "it slipped out of the fingers")
 
 
-@pytest.mark.parametrize("kind, hold, planned", [("candle", "friction", True), ("book", "friction", False), ("book", "weld", True)])
-def test_a_pick(kind, hold, planned):
+CHEST = assemble(
+    "chest", "chest", [box(0.2, 0.2, 0.0, 0.1)], density=300.0, friction=0.5, color=(0.5, 0.5, 0.5), source="procedural",
+    rng=np.random.default_rng(0),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "hold"), [("candle", "friction"), ("book", "friction"), ("book", "weld")])
+def test_a_pick(kind, hold):
     row = _pick(hold, 0, None, Pick(procedural_object(kind, 0), 3))
-    assert row["stood"] and row["planned"] == planned == row["held"] == row["stands"]
-    assert (row["error_m"] < 0.03) == planned and bool(row["grasps"]) == planned
-    assert planned or row["failures"] == ["no grasp fits the hand"]
+    assert row["stood"] and row["planned"] and row["held"] and row["stands"]
+    assert row["error_m"] < 0.03 and row["grasps"]
+
+
+def test_what_is_too_wide_for_the_hand_is_left_out():
+    row = _pick("friction", 0, None, Pick(CHEST, 3))
+    assert row["stood"] and not row["planned"] and not row["held"] and not row["stands"]
+    assert row["grasps"] == [] and row["failures"] == ["no grasp fits the hand"]
 
 
 def test_outcomes_and_their_rates():
@@ -40,13 +52,13 @@ def test_outcomes_and_their_rates():
 
 
 def test_the_command_names_what_is_left_out(tmp_path, monkeypatch, capsys):
-    things = [procedural_object("candle", 1), procedural_object("book", 1)]
+    things = [procedural_object("candle", 1), CHEST]
     monkeypatch.setattr(picks, "load_objects", lambda _: things)
     monkeypatch.setattr(picks, "in_parallel", lambda task, *others: map(lambda job: task(None, job), others[2]))
     out = tmp_path / "picks.json"
     assert command_line(["evaluate", "picks", "--picks", "2", "--seed", "4", "--out", str(out)]) == 0
     printed = capsys.readouterr().out
-    assert "left out before anything moved: book_0_001" in printed
+    assert "left out before anything moved: chest" in printed
     assert "structagent evaluate picks --objects training --picks 2 --seed 4 --hold friction" in printed
     report = json.loads(out.read_text())
     assert report["aggregate"]["n"] == 2 and report["aggregate"]["planned"]["count"] == 1

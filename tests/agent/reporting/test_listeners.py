@@ -28,7 +28,7 @@ from agent.events import (
     Tried,
 )
 from agent.rendering.image_files import Picture
-from agent.reporting.event_text import arm_sentence, verdict_sentence
+from agent.reporting.event_text import verdict_sentence
 from agent.reporting.html.document import session_page
 from agent.reporting.run_report import SCHEMA_VERSION, RunRecord
 from agent.reporting.session_reader import Session
