@@ -99,7 +99,7 @@ class Standing:
     @property
     def slides(self) -> bool:
         """Return whether it can only be slid along the table."""
-        return bool(self.grasps) and all(grasp.slides for grasp in self.grasps)
+        return self.friction and bool(self.grasps) and all(grasp.slides for grasp in self.grasps)
 
 
 class Reachability:

@@ -83,7 +83,7 @@ class Search(ObjectPlanner):
             under = [below | self.rules.after.get(i, frozenset()) for i, below in enumerate(under)]
             lowest = [bottom_at(motions[i], current[i], bottoms[i]) for i in range(count)]
             far = [transform_points(motions[i], current[i])[:, 0].mean() for i in range(count)]
-            slides = {i for i in range(count) if self.standing_of(i, current[i], bottoms[i]).slides} - done
+            slides = {i for i in set(range(count)) - done if self.standing_of(i, current[i], bottoms[i]).slides}
             ways = {i: way_along_table(motions[i], current[i]) for i in slides}
             keep_ways_free(ways, done, current, motions, in_the_way)
             # What is slid needs the way free; then low goals, then far ones, so that the arm need not reach over what it
