@@ -7,9 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from structdiffusion.evaluation_protocol import CLEARANCE
 from structdiffusion.observation import Table
+
+# m, m^2: what stands higher by less, or overlaps less, stands beside the other one.
+LEAST_STEP, LEAST_OVERLAP = 0.003, 1e-4
 
 
 def turned(outline: np.ndarray, yaw: float) -> np.ndarray:
@@ -176,3 +180,13 @@ def fit_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
         if np.abs(step).max() < 1e-9:
             break
     return centre, float(radius)
+
+
+def stands_above(upper: int, lower: int, outlines: Sequence[BaseGeometry], bottoms: Sequence[float]) -> bool:
+    """Return whether an object stands above another, directly or on other objects.
+
+    Args:
+        outlines: of every object, seen from above, metres. bottoms: z of what each stands on.
+    """
+    higher = bottoms[upper] > bottoms[lower] + LEAST_STEP
+    return higher and outlines[upper].intersection(outlines[lower]).area > LEAST_OVERLAP

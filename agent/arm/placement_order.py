@@ -11,6 +11,7 @@ from shapely import MultiPoint
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
+from structdiffusion.footprints import stands_above
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.observation import Table
 
@@ -21,8 +22,6 @@ PLACES_TRIED = 300
 STOPOVER_TURNS = tuple(math.radians(angle) for angle in (90, -90, 180, 45, -45, 0))
 STOPOVERS_PER_TURN = 2
 GOAL_CLEARANCE = 0.015  # m between a goal's footprint and what still stands there
-# m, m^2: what stands higher by less, or overlaps less, stands beside the other one.
-LEAST_STEP, LEAST_OVERLAP = 0.003, 1e-4
 
 
 def bottom_at(motion: np.ndarray, cloud: np.ndarray, bottom: float) -> float:
@@ -64,16 +63,6 @@ def precedence(
             elif goals[i].distance(now[j]) < GOAL_CLEARANCE and goal_bottoms[i] < np.percentile(clouds[j][:, 2], 98):
                 in_the_way[i].add(j)
     return under, in_the_way, stands_on
-
-
-def stands_above(upper: int, lower: int, outlines: Sequence[BaseGeometry], bottoms: Sequence[float]) -> bool:
-    """Return whether an object stands above another, directly or on other objects.
-
-    Args:
-        outlines: of every object, seen from above, metres. bottoms: z of what each stands on.
-    """
-    higher = bottoms[upper] > bottoms[lower] + LEAST_STEP
-    return higher and outlines[upper].intersection(outlines[lower]).area > LEAST_OVERLAP
 
 
 def asides(

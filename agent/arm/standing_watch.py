@@ -9,7 +9,7 @@ from shapely import MultiPoint, Point
 
 from agent.arm.events import StandingChanged
 from agent.arm.eyes import Eyes
-from agent.arm.placement_order import LEAST_OVERLAP
+from structdiffusion.footprints import LEAST_OVERLAP
 from structdiffusion.geometry import tilt_between
 from structdiffusion.protocol.standing import Standing, support_name
 from structdiffusion.simulation.world import TABLE

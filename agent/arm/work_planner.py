@@ -16,12 +16,13 @@ from agent.arm.events import ArmEvent, Noticed, PlanFailed, Planned
 from agent.arm.eyes import Eyes
 from agent.arm.grasps import Grasp
 from agent.arm.object_planner import ObjectPlan
-from agent.arm.placement_order import bottom_at, stands_above
+from agent.arm.placement_order import bottom_at
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.remainder import Remainder, Replanner
 from agent.arm.standing_watch import standing_at
 from agent.arm.task_planner import Search
 from agent.arm.work_left import MOST_PLACEMENTS, PUSHED, WorkLeft
+from structdiffusion.footprints import stands_above
 from structdiffusion.observation import Arrangement
 
 REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned

@@ -11,7 +11,6 @@ import numpy as np
 import shapely
 
 from agent.arm.grasps import can_be_grasped
-from agent.arm.placement_order import stands_above
 from agent.scenes.limits import MOST_OBJECTS
 from grounding.resolve.errors import ResolveError
 from grounding.resolve.goal import resolve_phrase
@@ -20,7 +19,7 @@ from grounding.resolve.word_forms import plural
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import eligible, layout_item
 from structdiffusion.evaluation_protocol import CLEARANCE
-from structdiffusion.footprints import clear_gap, turned
+from structdiffusion.footprints import clear_gap, stands_above, turned
 from structdiffusion.geometry import tilt_between, yaw_of
 from structdiffusion.layouts import lay_out
 from structdiffusion.structures.structure import LayoutError

@@ -12,7 +12,6 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from agent import events
-from agent.arm.placement_order import stands_above
 from agent.perception.color_names import color_word_in_picture
 from agent.perception.description import oriented_box, shape_words
 from agent.rendering.text import place
@@ -24,6 +23,7 @@ from grounding.resolve.goal import resolve_phrase
 from grounding.resolve.object_names import adjective, rivals
 from grounding.resolve.referents import Referents
 from grounding.resolve.word_forms import plural, singular
+from structdiffusion.footprints import stands_above
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from agent.errors import UsageError
 from agent.evaluation.result_store import fingerprint
 from structdiffusion.objects.model import ObjectModel
 
@@ -45,3 +46,20 @@ class PlannerConfig:
         """
         options = {key: value for key, value in asdict(self).items() if key not in _NOT_IN_ROWS}
         return fingerprint(options, library, models, self.weights, packages)
+
+
+def checked_names(option: str, names: Sequence[str] | None, legal: Sequence[str]) -> tuple[str, ...]:
+    """Return the names in the order of the legal ones; all if there are none.
+
+    Args:
+        option: without its dashes.
+        names: what was asked for.
+        legal: all there are.
+
+    Raises:
+        UsageError: for an unknown one.
+    """
+    for name in names or ():
+        if name not in legal:
+            raise UsageError(f"--{option} cannot be {name!r}; legal values: {', '.join(legal)}")
+    return tuple(name for name in legal if not names or name in names)

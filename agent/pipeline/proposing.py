@@ -142,7 +142,7 @@ def _check_enough_objects(scene: Scene, goal: StructureGoal) -> None:
 
 def _check_nothing_on_top(scene: Scene) -> None:
     """Raise `NotBuildable` when a distractor stands on an object that takes part: it would fall when that is picked."""
-    from agent.arm.placement_order import stands_above
+    from structdiffusion.footprints import stands_above
 
     clouds = (*scene.objects, *scene.distractors)
     outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]

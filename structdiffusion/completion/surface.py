@@ -10,19 +10,18 @@ from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.completion.methods import complete
 from structdiffusion.completion.view import View
+from structdiffusion.footprints import stands_above
 from structdiffusion.observation import ObjectCloud, Scene
-
-_HIGHER, _COVERED = 0.003, 1e-4  # m, m^2: what stands higher by less, or overlaps less, stands beside it
 
 
 def completed_scene(scene: Scene) -> Scene:
     """Return a scene with the points of the hidden sides of its objects; the distractors stay as they were seen."""
     every = (*scene.objects, *scene.distractors)
     outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in every]
+    bottoms = [cloud.bottom for cloud in every]
     objects = []
     for index, cloud in enumerate(scene.objects):
-        higher = [k for k, other in enumerate(every) if other.bottom > cloud.bottom + _HIGHER]
-        covered = any(outlines[index].intersection(outlines[k]).area > _COVERED for k in higher)
+        covered = any(stands_above(upper, index, outlines, bottoms) for upper in range(len(every)))
         points = completed_points(cloud, scene.world_from_camera, covered)
         objects.append(replace(cloud, points=points.astype(np.float32), colors=None))
     return replace(scene, objects=tuple(objects))

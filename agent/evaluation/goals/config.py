@@ -8,8 +8,7 @@ from typing import Any
 
 import agent.arm
 import grounding.goals
-from agent.errors import UsageError
-from agent.evaluation.planner_config import PlannerConfig
+from agent.evaluation.planner_config import PlannerConfig, checked_names
 from agent.evaluation.report import command_line
 from structdiffusion.benchmark.goal_families import FAMILIES
 from structdiffusion.objects.model import ObjectModel
@@ -51,7 +50,4 @@ def checked_families(names: Sequence[str] | None) -> tuple[str, ...]:
     Raises:
         UsageError: for an unknown one.
     """
-    for name in names or ():
-        if name not in FAMILIES:
-            raise UsageError(f"--family cannot be {name!r}; legal values: {', '.join(FAMILIES)}")
-    return tuple(family for family in FAMILIES if not names or family in names)
+    return checked_names("family", names, tuple(FAMILIES))

@@ -58,7 +58,7 @@ class LoopBuild:
         hold: str,
         library: Sequence[ObjectModel],
     ) -> None:
-        self.scene, self.hold, self.library = scene, hold, library
+        self.scene, self.hold, self._spares = scene, hold, library
         self.replanner: Replanner | None = None
         goal = scene.goal.resolved(len(scene.models))
         self.wanted = TableGoal(goal, tuple(scene.names), scene.world_from_initial, scene.colors or ())
@@ -128,7 +128,7 @@ class LoopBuild:
     def _disturber(self, world: TabletopWorld, arm: JacoArm, kind: str, rng: np.random.Generator) -> Disturber:
         names, spare = [self.scene.names[index] for index in self.order], None
         if kind == "add":
-            model = spare_model(self.library, self.scene.models, rng)
+            model = spare_model(self._spares, self.scene.models, rng)
             spare, names = keep_away(world, model), [*names, f"new {model.category}"]
         initial = self.scene.world_from_initial[self.order[: len(self.part.objects)]]
         return Disturber(Disturbance(kind), world, arm, names, self.motions @ initial, rng, spare)

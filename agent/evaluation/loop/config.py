@@ -10,7 +10,6 @@ import agent.arm
 import agent.evaluation.loop
 import grounding.goals
 from agent.arm.disturbances import DISTURBANCES
-from agent.errors import UsageError
 from agent.evaluation.planner_config import PlannerConfig
 from agent.evaluation.report import command_line
 from structdiffusion.benchmark.goal_names import LOOP_FAMILIES
@@ -42,20 +41,3 @@ class LoopConfig(PlannerConfig):
         """Return the inputs that two commands must share for their rows to be compared."""
         packages = (grounding.goals, agent.arm, agent.evaluation.loop)
         return {"evaluation": "loop"} | self.rows_fingerprint(library, [self.model], packages)
-
-
-def checked(option: str, names: Sequence[str] | None, legal: Sequence[str]) -> tuple[str, ...]:
-    """Return the names in the order of the legal ones; all if there are none.
-
-    Args:
-        option: without its dashes.
-        names: what was asked for.
-        legal: all there are.
-
-    Raises:
-        UsageError: for an unknown one.
-    """
-    for name in names or ():
-        if name not in legal:
-            raise UsageError(f"--{option} cannot be {name!r}; legal values: {', '.join(legal)}")
-    return tuple(name for name in legal if not names or name in names)

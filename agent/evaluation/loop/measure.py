@@ -13,8 +13,9 @@ import torch
 from agent.arm.disturbances import DISTURBANCES
 from agent.arm.remainder import Replanner
 from agent.evaluation.loop.build import KINDS, UNDISTURBED, LoopBuild
-from agent.evaluation.loop.config import LoopConfig, checked
+from agent.evaluation.loop.config import LoopConfig
 from agent.evaluation.loop.rates import rates_of
+from agent.evaluation.planner_config import checked_names
 from agent.evaluation.report import REPORT, report_frame
 from agent.evaluation.result_store import ResultStore, store_folder
 from agent.evaluation.rows import LOST, Row, measured
@@ -84,8 +85,8 @@ def measure_loop(
         CheckpointError: for a checkpoint that is missing or does not fit.
         NotVerified: for checkpoints that differ from their cards, unless that is allowed.
     """
-    kinds = (UNDISTURBED, *checked("disturb", disturbances, DISTURBANCES))
-    chosen = checked("family", families, LOOP_FAMILIES)
+    kinds = (UNDISTURBED, *checked_names("disturb", disturbances, DISTURBANCES))
+    chosen = checked_names("family", families, LOOP_FAMILIES)
     checked_planner(config.model, config.weights, config.allow_unverified)
     library = tuple(load_objects(config.objects))
     keys = {"disturbance", "family", "number"}

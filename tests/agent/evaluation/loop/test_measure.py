@@ -9,9 +9,9 @@ from agent.arm.disturbances import DISTURBANCES
 from agent.cli.app import command_line
 from agent.errors import UsageError
 from agent.evaluation.loop.build import LoopBuild
-from agent.evaluation.loop.config import checked
 from agent.evaluation.loop.rates import rates_of
 from agent.evaluation.loop.report import print_loop
+from agent.evaluation.planner_config import checked_names
 from structdiffusion.benchmark.goals import draw_goal_scene
 from structdiffusion.objects.blocks import block_objects
 from structdiffusion.planners.goal_planner import GoalArrangement
@@ -113,5 +113,5 @@ def test_unknown_names_are_answered_with_the_legal_ones(capsys):
     error = capsys.readouterr().err
     assert "'pull'" in error and all(kind in error for kind in DISTURBANCES)
     with pytest.raises(UsageError, match="--family cannot be 'x'; legal values: a, b"):
-        checked("family", ["x"], ("a", "b"))
-    assert checked("family", ["b", "a"], ("a", "b", "c")) == ("a", "b") and checked("family", None, ("a",)) == ("a",)
+        checked_names("family", ["x"], ("a", "b"))
+    assert checked_names("family", ["b", "a"], ("a", "b", "c")) == ("a", "b") and checked_names("family", None, ("a",)) == ("a",)
