@@ -79,8 +79,8 @@ def build_structure(
     """
     with PlanningScene(rng.spawn(1)[0], arm.kinematics, listeners.on_check) as planning:
         planning.arm.hold_by(arm.hold)
-        search = Search(planning, rng, scene.table, rules)
-        plans = yield from find_plan(search, completed_scene(scene), arrangements, planning_checks)
+        search, solid = Search(planning, rng, scene.table, rules), completed_scene(scene)
+        plans = yield from find_plan(search, solid, arrangements, planning_checks)
         if plans is None:
             return
         rank, steps = plans
@@ -93,7 +93,7 @@ def build_structure(
                 count = len(scene.objects)
                 search.set_out(clouds[:count], clouds[count:], [cloud.bottom for cloud in scene.objects])
                 leave_start(driver, search.scene)
-            eyes = Eyes(world, arm, scene, rng.spawn(1)[0])
+            eyes = Eyes(world, arm, scene, solid, rng.spawn(1)[0])
             work = WorkPlanner(eyes, search, list(arrangements), rank, listeners.replanner)
             yield from _Builder(hand, eyes, work).run([Step(plan.object, plan) for plan in steps])
         except KeyboardInterrupt:

@@ -19,7 +19,6 @@ from agent.arm.self_filter import distance_to_arm
 from agent.arm.sight import Sight
 from agent.arm.state import ArmState
 from agent.arm.tracking import Track, Tracker
-from structdiffusion.completion.surface import completed_scene
 from structdiffusion.evaluation_protocol import MAX_TILT
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import ObjectCloud, Scene
@@ -53,6 +52,7 @@ class Eyes:
         world: takes the pictures.
         arm: is masked in them.
         scene: what was seen before anything moved.
+        solid: the same with the hidden sides of the objects (`completed_scene`).
         rng: draws the sensor's noise.
 
     Attributes:
@@ -68,13 +68,15 @@ class Eyes:
         unknown: (P, 3) of each thing that has appeared and belongs to nothing known.
     """
 
-    def __init__(self, world: TabletopWorld, arm: JacoArm, scene: Scene, rng: np.random.Generator) -> None:
+    def __init__(
+        self, world: TabletopWorld, arm: JacoArm, scene: Scene, solid: Scene, rng: np.random.Generator
+    ) -> None:
         self._world, self._arm, self._rng, self.scene = world, arm, rng, scene
         every = (*scene.objects, *scene.distractors)
         self.names = [cloud.name for cloud in every]
         self.count = len(scene.objects)
         self.clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in every]
-        self._solids = [cloud.points for cloud in (*completed_scene(scene).objects, *scene.distractors)]
+        self._solids = [cloud.points for cloud in (*solid.objects, *scene.distractors)]
         self._bottoms = [cloud.bottom for cloud in every]
         self.motions = [np.eye(4) for _ in every]
         self.measured = list(self.motions)

@@ -9,6 +9,7 @@ from agent.arm.eyes import Eyes
 from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
 from agent.arm.standing_watch import StandingWatch
+from structdiffusion.completion.surface import completed_scene
 from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, tilt_between
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.simulation.world import TABLE, TabletopWorld
@@ -26,7 +27,7 @@ class Table:
         world.settle()
         self.scene = world.observe(np.random.default_rng(0), range(len(KINDS)))
         self.arm = JacoArm(world.client)
-        self.eyes = Eyes(world, self.arm, self.scene, np.random.default_rng(1))
+        self.eyes = Eyes(world, self.arm, self.scene, completed_scene(self.scene), np.random.default_rng(1))
         self.monitor = Monitor(self.eyes)
         world.add(procedural_object("candle", 3), AWAY)
         world.hold(3)
