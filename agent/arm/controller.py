@@ -17,8 +17,13 @@ from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 HALTING_SECONDS = 0.2
 THIRD_FINGER_SECONDS = 0.3  # that the third finger gets after both sides touch
-SQUEEZE = np.array([0.02, 0.2, 0.2])  # rad beyond contact that the motors of the thumb and fingers 2 and 3 aim for
-SQUEEZING_SECONDS = 0.3
+SQUEEZE = np.array([0.0, 0.2, 0.2])  # rad beyond contact that the motors of the thumb and fingers 2 and 3 aim for
+LOCKED = 10.0  # Nm: the screw that drives a finger cannot be driven back, so the thumb holds more than its motor's effort
+SQUEEZING_SECONDS = 0.6
+# The share of a finger's torque that its tip gets: one motor drives both, so a tip folds where the rest is stopped. What is
+# touched nearer to the joint of the tip than 0.4 / 0.6 of the lower half's 44 mm makes it fold.
+TIP_SHARE = 0.4
+TIP_LEAD = 0.05  # rad ahead of a tip that its motor aims for, so that it folds at about 1 rad/s
 FLAT_SQUEEZE = 0.25  # share of the force on what is flat: cutlery is light, and rolls between fingers that press harder
 SLIDING_SPEED = 0.2  # of the joints' limits, with an object that the table carries
 GRIP_ITERATIONS = 200  # of the engine's solver, which it takes to bring the motors' torque to the contacts
@@ -137,10 +142,20 @@ class ArmDriver:
             patience -= 0 in touched and len(touched) >= 2
         if arm.welds or not squeeze:
             return touched
-        effort = squeeze * FINGER_EFFORT / 2
-        arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, effort, effort))
-        self.wait(SQUEEZING_SECONDS)
+        self._squeeze(squeeze * FINGER_EFFORT / 2)
         return arm.touching(*bodies)
+
+    def _squeeze(self, effort: float) -> None:
+        """Press with fingers 2 and 3, `effort` Nm each, while the thumb holds against them; the tips fold meanwhile."""
+        arm = self.arm
+        angles, efforts = list(arm.finger_angles() + SQUEEZE), (LOCKED, effort, effort)
+        of_tips = (TIP_SHARE * effort,) * 3
+        for _ in range(round(SQUEEZING_SECONDS / TIME_STEP)):
+            arm.command_fingers(angles, efforts, list(arm.tip_angles() + TIP_LEAD), of_tips)
+            self.step()
+        # The thumb stays as it is from now on: no object that swings in the hand unfolds it.
+        folded = arm.tip_angles() + TIP_LEAD * np.array((0.0, 1.0, 1.0))
+        arm.command_fingers(angles, efforts, list(folded), (LOCKED, *of_tips[1:]))
 
     def take(self, body: int) -> None:
         """Go on with `body` in the hand."""

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -22,13 +23,17 @@ from agent.arm.gripper import ANGLES, PALM_LEVEL, reach
 from agent.arm.hand_fit import FLAT, FLOOR_CLEARANCE, LATERAL, PALM_CLEARANCE, Contacts, fit_hands
 
 NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
-PINCH = 0.015  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
+PINCH = 0.017  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
+NARROW_LOSS = 0.1  # of quality: what is round rolls out of two fingers
+LEANING, LEANING_FLAT = 0.25, 1.0  # of quality for each radian: of leaning fingers, one is too high for what is flat
+DEPTHS = (0.06, 0.05, 0.035, 0.022)  # m below the top that the tips end; from the first on, tips fold around wide things
 FEWEST_POINTS = 10  # of a cloud that a hand can be fitted to
 # The friction between a finger and a usual object, 0.5, less what its weight takes: fingers that press further outwards
 # slide along it.
 MOST_INCLINE = 0.4
-# m of a hollow object's wall outwards for each m upwards: from shallower ones, as of a plate, the fingers slip off.
-MOST_LEAN = 1.2
+# m of a hollow object's wall outwards for each m upwards: on shallower ones the fingers inside come down.
+MOST_LEAN = 0.8
+SHALLOWEST = 0.008  # m below a rim
 TABLE_LEVEL = 0.005  # m: what stands no higher stands on the table
 YAWS = 12
 TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
@@ -96,10 +101,8 @@ def grasps_of(points: np.ndarray, support: float = 0.0, friction: bool = False, 
         friction: whether they must hold by friction alone.
         limit: the most grasps to lift it, and to slide it.
     """
-    found = _best(_grasps(points, support, "friction" if friction else "weld"), limit)
-    if friction and support < TABLE_LEVEL:
-        found += [replace(grasp, slides=True) for grasp in _best(_grasps(points, support, "slide"), limit)]
-    return found
+    lifts = _best(_grasps(points, support, "friction" if friction else "weld"), limit)
+    return lifts + _best(_slides(points, support), limit) if friction else lifts
 
 
 def _best(grasps: Iterable[Grasp], limit: int) -> list[Grasp]:
@@ -107,9 +110,21 @@ def _best(grasps: Iterable[Grasp], limit: int) -> list[Grasp]:
     return sorted(grasps, key=lambda grasp: -round(grasp.quality, 9))[:limit]
 
 
-def can_be_grasped(points: np.ndarray, support: float = 0.0) -> bool:
+def can_be_grasped(points: np.ndarray, support: float = 0.0, friction: bool = True) -> bool:
     """Return whether the object has any grasp, if only to slide it; stops at the first."""
-    return next(_grasps(points, support, "weld"), None) is not None
+    lifts = _grasps(points, support, "friction" if friction else "weld")
+    return next(chain(lifts, _slides(points, support) if friction else ()), None) is not None
+
+
+def _slides(points: np.ndarray, support: float) -> Iterator[Grasp]:
+    """Yield grasps to slide what stands on the table."""
+    if support >= TABLE_LEVEL or len(points) < FEWEST_POINTS:
+        return
+    tip, half = reach(0.0, ANGLES[-1]), 0.5 * np.ptp(np.percentile(points[:, :2], [1, 99], axis=0), axis=0).min()
+    for grasp in _grasps(points, support, "slide"):
+        # What is pushed higher above the table than half its width topples if the table's friction is 1.
+        if grasp.world_from_ee[2, 3] - tip - support < half:
+            yield replace(grasp, slides=True)
 
 
 def _grasps(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
@@ -127,7 +142,7 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
     middle = 0.5 * middle + 0.5 * corners.mean(axis=0)
     height = top - support
     kind = "flat" if height < FLAT else "across"
-    depths = (height + 0.02,) if kind == "flat" else (0.05, 0.035, 0.022)
+    depths = (height + 0.02,) if kind == "flat" else DEPTHS
     for yaw in np.arange(YAWS) * math.pi / YAWS:
         closing = np.array([math.cos(yaw), math.sin(yaw)])
         side = np.array([math.sin(yaw), -math.cos(yaw)])
@@ -141,7 +156,8 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
             1.0
             - 3.0 * fitted.width
             - 3.0 * np.abs(offsets)
-            - 0.25 * np.abs(contacts.tilt)
+            - (LEANING_FLAT if kind == "flat" else LEANING) * np.abs(contacts.tilt)
+            - NARROW_LOSS * narrow
             + 3.0 * np.minimum(contacts.depth, 0.05)
             - 1.5 * np.hypot(contacts.across, contacts.along)
         )
@@ -211,26 +227,24 @@ def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
             continue
         radius = float(np.median(radii[sector]))
         contact = np.array([*(middle + radius * np.array([math.cos(yaw), math.sin(yaw)])), top])
-        depth = min(0.03, _rim_depth(hollow, hold))
         # Of the wall only what is near the rim counts: the fingers stop where they touch.
         sideways = np.abs((points[:, :2] - contact[:2]) @ np.array([-math.sin(yaw), math.cos(yaw)]))
         outward = (points[:, :2] - contact[:2]) @ np.array([math.cos(yaw), math.sin(yaw)])
-        reached = (sideways < LATERAL) & (points[:, 2] > top - depth)
-        wall = points[reached & (np.abs(outward) < 0.012)]
-        if len(wall) < 3 or (hold == "friction" and _lean(points, outward, reached) > MOST_LEAN):
+        near = (sideways < LATERAL) & (outward < 0.012)
+        depth = _rim_depth(points[near, 2] - top, outward[near], min(0.03, _deepest(hollow, hold)), hold)
+        if depth is None:
             continue
-        lowest_tip = max(top - depth, support + FLOOR_CLEARANCE)
         for turn in (0.0, math.pi):
             pose = hand_pose(contact, yaw + turn)
-            pose[2, 3] = lowest_tip + reach(0.5, ANGLES[-1])
+            pose[2, 3] = max(top - depth, support + FLOOR_CLEARANCE) + reach(0.5, ANGLES[-1])
             if ((points - pose[:3, 3]) @ pose[:3, 2]).min() < PALM_LEVEL + PALM_CLEARANCE:
                 continue
             opening = 0.8 if radius < 0.07 else 0.65
             yield Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))
 
 
-def _rim_depth(hollow: float, hold: str) -> float:
-    """Return how deep the fingers reach below the rim of something hollow, metres.
+def _deepest(hollow: float, hold: str) -> float:
+    """Return how deep the fingers may reach below the rim of something hollow, metres.
 
     A weld holds where they come down on its floor; to slide it, they must not come down on the slope behind the rim, but be
     deep enough to be behind it when they are closed, and so higher.
@@ -238,11 +252,27 @@ def _rim_depth(hollow: float, hold: str) -> float:
     return {"weld": hollow + 0.004, "friction": hollow - 0.002, "slide": max(hollow / 2, min(hollow, 0.009))}[hold]
 
 
-def _lean(points: np.ndarray, outward: np.ndarray, reached: np.ndarray) -> float:
-    """Return how far a wall leans outwards, m for each m upwards.
+def _rim_depth(heights: np.ndarray, outward: np.ndarray, deepest: float, hold: str) -> float | None:
+    """Return how deep below a rim the fingers pinch its wall, metres, or `None` if there is no wall, or only one that
+    leans so far outwards that the fingers inside come down on it, and do not close against it.
 
     Args:
-        points: (P, 3) the object. outward: (P,) m from the rim. reached: (P,) bool, those between the fingers' heights.
+        heights: (P,) m from the rim, of the points between the fingers. outward: (P,) likewise.
+        deepest: m that they may reach.
+        hold: "weld", "friction" or "slide".
     """
-    wall = reached & (np.abs(outward) < 0.05)
-    return math.inf if wall.sum() < 5 else float(np.polyfit(points[wall, 2], outward[wall], 1)[0])
+    if ((heights > -deepest) & (np.abs(outward) < 0.012)).sum() < 3:
+        return None
+    if hold != "friction":
+        return deepest
+    for depth in np.arange(deepest, SHALLOWEST, -0.003):
+        above, at_tips = heights > -depth, np.abs(heights + depth) < 0.006
+        if max(_lean(heights, outward, above), _lean(heights, outward, at_tips)) < MOST_LEAN:
+            return float(depth)
+    return None
+
+
+def _lean(heights: np.ndarray, outward: np.ndarray, part: np.ndarray) -> float:
+    """Return how far a part (P,) of a wall leans outwards, m for each m upwards; infinite where too little is seen."""
+    wall = part & (outward > -0.05)
+    return math.inf if wall.sum() < 5 else float(np.polyfit(heights[wall], outward[wall], 1)[0])

@@ -17,6 +17,10 @@ from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 PALM_LEVEL = -0.049  # m, the palm's surface
 ANGLES = np.arange(0.0, 1.501, 0.05)  # rad, finger joint
 LEVELS = np.arange(PALM_LEVEL, 0.0451, 0.003)
+# m along a finger from the joint of its tip: what stops the finger there or before makes the tip fold (at 29 mm the two
+# torques are even, see `agent.arm.controller.TIP_SHARE`).
+FOLDS = 0.02
+TIP = 0.03  # m beyond its joint that a tip touches what it folds onto
 ONTO = 0.03  # m: more overlap than one step of closing makes
 # The boxes of the URDF: (centre x, centre y, size x, size y, size z) in the link frame.
 _PROXIMAL = (0.021, -0.002, 0.046, 0.014, 0.017)
@@ -34,20 +38,21 @@ def _surface(box: tuple[float, ...]) -> np.ndarray:
 
 
 @cache
-def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the thumb's inner x (A, L), the fingers' inner x (A, L), and the farthest level that any of them
-    reaches (A,).
+def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the thumb's inner x (A, L), the fingers' inner x (A, L), the farthest level that any of them reaches (A,),
+    and that of the joints of their tips (A,), of all the least.
     """
     origins = arm_model(DEFAULT_MODEL).origins  # all models carry the same hand
     ee_from_last = np.linalg.inv(origins[END_EFFECTOR])
     thumb = np.full((len(ANGLES), len(LEVELS)), np.inf)
     others = np.full((len(ANGLES), len(LEVELS)), -np.inf)
-    lowest = np.empty(len(ANGLES))
+    lowest, joints = np.empty(len(ANGLES)), np.full(len(ANGLES), np.inf)
     for a, angle in enumerate(ANGLES):
         reach = []
         for finger, tip in zip(FINGERS, FINGER_TIPS, strict=True):
             proximal = ee_from_last @ origins[finger] @ pose_from_xyz_yaw(0, 0, 0, angle)
             distal = proximal @ origins[tip]
+            joints[a] = min(joints[a], distal[2, 3])
             points = np.concatenate(
                 (
                     transform_points(proximal, _surface(_PROXIMAL)),
@@ -63,13 +68,13 @@ def _profile() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
                 elif len(near):
                     others[a, level] = max(others[a, level], near.max())
         lowest[a] = max(reach)
-    return thumb, others, lowest
+    return thumb, others, lowest, joints
 
 
 @cache
 def gaps() -> np.ndarray:
     """Return the gap, metres, at each of `ANGLES` and `LEVELS`; infinite beyond the tips."""
-    thumb, others, _ = _profile()
+    thumb, others, *_ = _profile()
     return thumb - others
 
 
@@ -131,11 +136,22 @@ def contacts(widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     near = np.lib.stride_tricks.sliding_window_view(np.pad(widths, ((0, 0), (3, 3))), 7, axis=1)
     around = near.max(axis=2)  # within 1 cm: few points may be seen at one level
     overlap = np.where(widths > 0.0, around - gaps()[first], -np.inf).max(axis=1)
-    level = np.where(widths > 0.0, widths - gaps()[first], -np.inf).argmax(axis=1)
-    row, before = np.arange(len(widths)), np.maximum(level - 2, 0)
-    there = widths[row, before]
-    own = (widths[row, level] - there) / (4 * (LEVELS[1] - LEVELS[0]))
-    own = np.where((there > 0.0) & (before < level), own, 0.0)
-    sides = np.sort(np.stack([each[first, level] for each in _inclines()]), axis=0)
     angles = np.where(meets.any(axis=1) & (overlap <= ONTO), ANGLES[first], np.nan)
-    return angles, np.clip(own, *sides)
+    return angles, _press_out(widths, first)
+
+
+def _press_out(widths: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Return the inclines (B,) of contacts with objects that are `widths` (B, L) wide, at the `ANGLES` `first` (B,)."""
+    pressing = np.where(widths > 0.0, widths - gaps()[first], -np.inf)
+    # How the object widens away from the palm, from each level to the next but one.
+    slopes = (widths[:, 2:] - widths[:, :-2]) / (4 * (LEVELS[1] - LEVELS[0]))
+    slopes[(widths[:, 2:] == 0.0) | (widths[:, :-2] == 0.0)] = 0.0
+    sides = np.sort(np.stack([each[first] for each in _inclines()]), axis=0)
+    joint = _profile()[3][first]
+    row, level = np.arange(len(widths)), pressing.argmax(axis=1)
+    inclines = np.clip(np.pad(slopes, ((0, 0), (2, 0))), *sides)[row, level]
+    # What stops a finger near the joint of its tip or before is held by the tip, which folds onto the side farther on.
+    folded_at = np.minimum(np.searchsorted(LEVELS, joint + TIP), len(LEVELS) - 1)
+    along = (LEVELS[level] - joint) * np.hypot(1.0, sides[0, row, level])
+    folds = (along < FOLDS) & (widths[row, folded_at] > 0.0)
+    return np.where(folds, slopes[row, folded_at - 2], inclines)

@@ -31,7 +31,7 @@ from agent.arm.arm_model import (
 from structdiffusion.geometry import pose_from_position_quaternion, quaternion_from_matrix
 
 LOWERED = 0.01  # m below the table
-HOLDS = ("weld", "friction")
+HOLDS = ("friction", "weld")
 WELD_FORCE = 200.0  # N, as strong as a rigid attachment needs to be
 
 
@@ -209,14 +209,15 @@ class JacoArm:
         self.tips = [index[name] for name in FINGER_TIPS]
         self.hand, self.end_effector = self.joints[-1], index[END_EFFECTOR]
         self.finger_links = frozenset(self.fingers + self.tips)
-        self.hold = "weld"
+        self.hold = HOLDS[0]
         self.held: int | None = None
         self._weld: int | None = None
         for link in self.finger_links:
             # Rubber-like pads, as on the real fingers; and spinning friction, so that thin things do not turn.
             pybullet.changeDynamics(
-                self.body, link, lateralFriction=1.0, spinningFriction=0.01, jointDamping=0.02, physicsClientId=client
-            )
+                self.body, link, lateralFriction=1.0, spinningFriction=0.01, jointDamping=0.02,
+                localInertiaDiagonal=[FINGER_INERTIA] * 3, physicsClientId=client,
+            )  # fmt: skip
         self.wound = np.zeros(len(self.joints))
         self.fold_at_once()
 
@@ -255,9 +256,6 @@ class JacoArm:
         if hold not in HOLDS:
             raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
         self.hold = hold
-        for link in self.finger_links if hold == "friction" else ():
-            inertia = [FINGER_INERTIA] * 3
-            pybullet.changeDynamics(self.body, link, localInertiaDiagonal=inertia, physicsClientId=self.client)
 
     @property
     def welds(self) -> bool:
@@ -301,17 +299,23 @@ class JacoArm:
             physicsClientId=self.client,
         )
 
-    def command_fingers(self, angles: Sequence[float], efforts: Sequence[float] = (FINGER_EFFORT,) * 3) -> None:
-        """Let the finger motors drive the three fingers towards `angles` with `efforts`, Nm; the tips, passive on the
-        real hand, stay.
+    def command_fingers(
+        self,
+        angles: Sequence[float],
+        efforts: Sequence[float] = (FINGER_EFFORT,) * 3,
+        tips: Sequence[float] = (0.0,) * 3,
+        tip_efforts: Sequence[float] = (FINGER_EFFORT,) * 3,
+    ) -> None:
+        """Let the motors drive the three fingers towards `angles`, and their tips towards `tips`, with these efforts,
+        Nm.
         """
         self.finger_set_point = np.array(angles, dtype=np.float64)
         pybullet.setJointMotorControlArray(
             self.body,
             self.fingers + self.tips,
             pybullet.POSITION_CONTROL,
-            targetPositions=list(angles) + [0.0] * 3,
-            forces=[*efforts] + [FINGER_EFFORT] * 3,
+            targetPositions=[*angles, *tips],
+            forces=[*efforts, *tip_efforts],
             positionGains=[0.1] * 6,
             velocityGains=[1.0] * 6,
             physicsClientId=self.client,
@@ -324,6 +328,10 @@ class JacoArm:
     def finger_angles(self) -> np.ndarray:
         """Return the finger joint angles (3,) now: thumb, finger 2, finger 3."""
         return self._angles(self.fingers)
+
+    def tip_angles(self) -> np.ndarray:
+        """Return the angles (3,) now by which the tips are folded against their fingers."""
+        return self._angles(self.tips)
 
     def _angles(self, joints: list[int]) -> np.ndarray:
         states = pybullet.getJointStates(self.body, joints, physicsClientId=self.client)

@@ -148,15 +148,25 @@ def test_the_hand_closes_monotonically_near_the_tips():
     assert np.isnan(gripper.contacts(np.zeros((1, len(gripper.LEVELS))))[0]).all()
 
 
+def prisms(top, *widths):
+    """Return the widths (B, L) of upright prisms whose tops are at a level."""
+    return np.where(gripper.LEVELS > top, np.array(widths)[:, None], 0.0)
+
+
 def test_wide_things_are_pressed_out_of_the_open_hand():
     """The fingers of the open hand stand apart towards their tips, those of the closed hand lean together."""
-    there = gripper.LEVELS > 0.0
-    widths = np.where(there, np.array([[0.14], [0.10], [0.06], [0.03]]), 0.0)
-    angles, inclines = gripper.contacts(widths)
+    angles, inclines = gripper.contacts(prisms(0.02, 0.14, 0.10, 0.06, 0.03))
     assert (np.diff(angles) > 0).all()
     assert inclines[0] > 0.6 and 0.2 < inclines[1] < 0.6 and inclines[2] < 0.2 and inclines[3] <= 0.0
 
 
+def test_tips_fold_around_what_comes_deep_enough_into_the_hand():
+    _, inclines = gripper.contacts(prisms(-0.012, 0.12, 0.10, 0.08))
+    assert inclines == pytest.approx(np.zeros(3))
+    narrowing = np.where(gripper.LEVELS > 0.01, 0.0, prisms(-0.012, 0.10))  # where a tip would fold there is nothing
+    assert gripper.contacts(narrowing)[1] > 0.2
+
+
 def test_an_unknown_way_to_hold(client):
-    with pytest.raises(ValueError, match="weld, friction"):
+    with pytest.raises(ValueError, match="friction, weld"):
         JacoArm(client).hold_by("glue")
