@@ -1,7 +1,7 @@
 """Build a structure with the simulated Jaco: search, pick and place, and a look by the camera after each placement.
 
 The arm moves by position motors within the maker's joint speeds; the fingers close with the maker's effort, each waits
-where it touches, and what they hold they hold by friction. With `JacoArm.hold` "weld" a fixed constraint joins the
+where it touches, their tips fold, and what they hold they hold by friction. With `JacoArm.hold` "weld" a fixed constraint joins the
 object to the hand once the thumb and at least one opposite finger touch it, until the fingers have opened clear of it
 (the paper's own planning assumes that a grasped object is attached rigidly). A grasp without contact on both sides, or
 whose object is no longer between the fingers after the lift, has failed, and the next is tried.
@@ -23,7 +23,6 @@ from agent.arm.build_listeners import BuildListeners
 from agent.arm.controller import ArmDriver
 from agent.arm.events import ArmEvent, Noticed, Picked, PickFailed, Placed, PlaceFailed
 from agent.arm.eyes import Eyes
-from agent.arm.grasps import Grasp
 from agent.arm.handling import Handling
 from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
@@ -133,11 +132,12 @@ class _Builder:
         # now_from_initial once it is placed: its goal, or the place aside.
         target = step.plan.goal_from_now @ work.expected[index] if step.plan and step.plan.aside else None
         current: ObjectPlan | None = step.plan if self._still_holds() else None
-        failed: list[Grasp] = []
+        if current is not None and work.has_failed(index, current.grasp):
+            current = None
         reason = work.missing_support(step)
         for attempt in range(1, 1 if reason else PICK_ATTEMPTS + 1):
             if current is None:
-                again, reason = work.plan_one(index, target, failed, self.hand.arm.configuration())
+                again, reason = work.plan_one(index, target, self.hand.arm.configuration())
                 if again is None:
                     break
                 current = replace(again, aside=target is not None)
@@ -152,7 +152,7 @@ class _Builder:
             else:
                 reason = result
                 yield PickFailed(index, name, current.grasp.kind, attempt, reason)
-                failed.append(current.grasp)
+                work.remember_failed(index, current.grasp)
             self.eyes.look({})
             if (yield from self._compare({}, f"{name} was moved", index)):
                 return True

@@ -10,15 +10,19 @@ from structdiffusion.completion.surface import completed_scene
 from structdiffusion.observation import Scene
 
 
-def with_fixed(scene: Scene) -> Scene:
+def with_fixed(scene: Scene, hold: str) -> Scene:
     """Return the scene with the objects for which the hand has no grasp as fixed ones.
 
     What stands on something is left as it is: a structure is laid around what stands on the table.
+
+    Args:
+        scene: what was seen.
+        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
     """
     fixed = (
         index
         for index, points in enumerate(cloud.points for cloud in completed_scene(scene).objects)
-        if scene.objects[index].bottom < TABLE_LEVEL and not can_be_grasped(points)
+        if scene.objects[index].bottom < TABLE_LEVEL and not can_be_grasped(points, friction=hold == "friction")
     )
     return replace(scene, fixed=tuple(fixed))
 

@@ -66,7 +66,7 @@ class ObjectPlan:
     release: float = RELEASE_HEIGHT
 
 
-def _alike(a: Grasp, b: Grasp) -> bool:
+def alike(a: Grasp, b: Grasp) -> bool:
     """Return whether two grasps differ by less than 1 cm and 15 degrees, so that both are likely to fail."""
     near = a.slides == b.slides and np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
     turn = a.world_from_ee[:3, :3].T @ b.world_from_ee[:3, :3]
@@ -115,17 +115,17 @@ class ObjectPlanner:
         """
         self.set_out(clouds, distractors, bottoms, self.rules.into.get(index, frozenset()))
         standing = self.standing_of(index, clouds[index], bottoms[index])
-        if all(any(_alike(grasp, other) for other in avoid) for grasp in standing.grasps):
+        if all(any(alike(grasp, other) for other in avoid) for grasp in standing.grasps):
             return None, "no grasp fits the hand"
         along = is_along_table(goal_from_now)
         if standing.slides and not along:
             return None, ONLY_SLIDES
         # What slipped out of the fingers is rather slid than lifted once more.
-        slipped = sum(not grasp.slides for grasp in avoid) >= LIFTS_TRIED
+        rather_slid = standing.hangs or sum(not grasp.slides for grasp in avoid) >= LIFTS_TRIED
         start = self.kinematics.folded if start is None else start
         reason = OUT_OF_REACH
         releases = self._releases(index, standing, goal_from_now)
-        for release, lifts in itertools.product(releases, (False, True) if slipped else (True,)):
+        for release, lifts in itertools.product(releases, (False, True) if rather_slid else (True,)):
             tried = 0
             for pair in self._reachability.pairs(standing, goal_from_now, release):
                 if self.scene.checks > limit:
@@ -134,7 +134,7 @@ class ObjectPlanner:
                     break
                 grasp = pair.pick.grasp
                 suits = along and leads(grasp, standing.cloud, pair.goal_motion) if grasp.slides else lifts
-                if not suits or any(_alike(grasp, other) for other in avoid):
+                if not suits or any(alike(grasp, other) for other in avoid):
                     continue
                 taken = self._take(index, standing, pair.pick)
                 if isinstance(taken, str):

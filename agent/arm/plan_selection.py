@@ -29,7 +29,7 @@ def plan_structure(
     planning_checks: int = PLANNING_CHECKS,
     kinematics: Kinematics = Kinematics(),
     rules: PlacementRules = PlacementRules(),
-    hold: str = "weld",
+    hold: str = "friction",
 ) -> Iterator[ArmEvent]:
     """Find the first arrangement with a plan for every object, without moving anything.
 

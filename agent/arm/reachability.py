@@ -101,6 +101,11 @@ class Standing:
         """Return whether it can only be slid along the table."""
         return self.friction and bool(self.grasps) and all(grasp.slides for grasp in self.grasps)
 
+    @property
+    def hangs(self) -> bool:
+        """Return whether it is lifted by its rim, so that its other side hangs down: it is rather slid."""
+        return self.friction and bool(self.grasps) and self.grasps[0].kind == "rim"
+
 
 class Reachability:
     """A finder of joint angles for taking and releasing objects.

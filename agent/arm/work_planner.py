@@ -15,7 +15,7 @@ import numpy as np
 from agent.arm.events import ArmEvent, Noticed, PlanFailed, Planned
 from agent.arm.eyes import Eyes
 from agent.arm.grasps import Grasp
-from agent.arm.object_planner import ObjectPlan
+from agent.arm.object_planner import ObjectPlan, alike
 from agent.arm.placement_order import bottom_at
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.remainder import Remainder, Replanner
@@ -53,6 +53,7 @@ class WorkPlanner(WorkLeft):
     ) -> None:
         super().__init__(eyes, search, arrangements, rank, replanner)
         self._rounds = 0
+        self._failed: dict[int, list[Grasp]] = {}  # object -> grasps that failed, on it as it was at first
 
     def support_is_off(self, step: Step) -> bool:
         """Return whether what an object is to be put on has to be moved first."""
@@ -66,14 +67,27 @@ class WorkPlanner(WorkLeft):
             return ""
         return f"{self._eyes.names[under]}, on which it was to stand, is not in place"
 
+    def remember_failed(self, index: int, grasp: Grasp) -> None:
+        """Take it that a grasp failed on an object where it is known to be, and that similar ones would."""
+        on_initial = np.linalg.inv(self._eyes.motions[index]) @ grasp.world_from_ee
+        self._failed.setdefault(index, []).append(replace(grasp, world_from_ee=on_initial))
+
+    def _avoided(self, index: int) -> list[Grasp]:
+        """Return the grasps of an object that failed, on where it is now."""
+        motion = self._eyes.motions[index]
+        return [replace(each, world_from_ee=motion @ each.world_from_ee) for each in self._failed.get(index, ())]
+
+    def has_failed(self, index: int, grasp: Grasp) -> bool:
+        """Return whether a similar grasp of an object failed before."""
+        return any(alike(grasp, other) for other in self._avoided(index))
+
     def plan_one(
-        self, index: int, target: np.ndarray | None, failed: Sequence[Grasp], start: np.ndarray
+        self, index: int, target: np.ndarray | None, start: np.ndarray
     ) -> tuple[ObjectPlan | None, str]:
         """Return a plan for one object from where everything is now, or `None` and the reason.
 
         Args:
             target: goal_from_initial (4, 4) if it is only set aside; by default its goal.
-            failed: grasps that failed.
             start: (n,) the arm's configuration.
         """
         search, eyes = self._search, self._eyes
@@ -87,7 +101,7 @@ class WorkPlanner(WorkLeft):
                 search.loosen(last_resort)
                 plan, reason = search.object(
                     index, clouds[: eyes.count], clouds[eyes.count :], [cloud.bottom for cloud in now.objects],
-                    goal_from_now, limit, start, failed,
+                    goal_from_now, limit, start, self._avoided(index),
                 )  # fmt: skip
                 if plan is not None:
                     break

@@ -106,10 +106,10 @@ class BuildSession(TableSession):
             if len(taking) > MOST_OBJECTS:
                 raise NotBuildable(f"{len(taking)} objects would take part; legal: up to {MOST_OBJECTS}")
             self.table.involve(taking)
-            scene = everything = with_fixed(self.table.look())
+            scene = everything = with_fixed(self.table.look(), self.table.arm.hold)
         else:
             wanted, everything = put_on_table(self.table, goal)
-            everything = with_fixed(everything)
+            everything = with_fixed(everything, self.table.arm.hold)
             scene = everything.select(wanted.movable)
         self.table.missing = missing
         if shortfall := describe_shortfall(self.table, "take part"):

@@ -69,7 +69,7 @@ def batch(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
     retry: Annotated[bool, typer.Option("--retry", help="Repeat rows that failed before.")] = False,
 ) -> None:
     """Carry out many instructions from a file.

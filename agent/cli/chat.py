@@ -68,7 +68,7 @@ def chat(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
 ) -> None:
     """Talk with the agent about one table.
 

@@ -101,7 +101,7 @@ def mcp(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
 ) -> None:
     """Serve one table to programs and language models by the Model Context Protocol.
 

@@ -39,8 +39,8 @@ class Viewpoint(str, Enum):
 class Hold(str, Enum):
     """The ways in which the hand holds objects."""
 
-    weld = "weld"
     friction = "friction"
+    weld = "weld"
 
 
 def _known_model(name: str) -> str:
@@ -122,7 +122,7 @@ UnverifiedOption = Annotated[
 HoldOption = Annotated[
     Hold,
     typer.Option(
-        help="How the hand holds objects: joined to it after contact on both sides, or by the fingers' friction alone."
+        help="How the hand holds objects: by the fingers' friction alone, or joined to it after contact on both sides."
     ),
 ]
 _SOURCES = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from

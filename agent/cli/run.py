@@ -86,7 +86,7 @@ def run(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
     disturb: Annotated[
         str | None,
         typer.Option(

@@ -93,7 +93,7 @@ def serve(
     depth_unit: DepthUnitOption = None,
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
 ) -> None:
     """Talk with the agent in the browser, and watch it work.
 

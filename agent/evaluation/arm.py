@@ -61,7 +61,7 @@ def measure_arm(
     workers: int | None = None,
     out: Path | None = None,
     allow_unverified: bool = False,
-    hold: str = "weld",
+    hold: str = "friction",
 ) -> Row:
     """Measure found plans and standing structures over `count` scenes of each structure; return a JSON-ready report.
 
@@ -139,7 +139,7 @@ def _build_scene(candidates: int, hold: str, planner: Planner, scene: Evaluation
         arm = JacoArm(world.client)
         arm.hold_by(hold)
         observed = world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
-        observed = with_fixed(observed)
+        observed = with_fixed(observed, hold)
         initial = np.array(world.poses()[: drawn.count])
         try:
             goal = StructureGoal(scene.parsed or scene.spec, scene.words, scene.embedding)

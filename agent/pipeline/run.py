@@ -74,7 +74,7 @@ class RunOptions:
     reading: ReadingOptions = ReadingOptions()
     recorded: RecordedOptions = RecordedOptions()
     allow_unverified: bool = False
-    hold: str = "weld"
+    hold: str = "friction"
     disturb: Disturbance | None = None
 
 
@@ -197,7 +197,7 @@ class _Run:
 
     def _with_fixed(self, scene: Scene) -> Scene:
         """Mark what the arm cannot grasp, if it is to build."""
-        return with_fixed(scene) if self.options.execute else scene
+        return with_fixed(scene, self.options.hold) if self.options.execute else scene
 
     def _whole(self, table: TableScene, goal: Goal, began: float) -> Iterator[Event]:
         """Carry out a goal of several parts in one build; `began` is when the scene's step did."""

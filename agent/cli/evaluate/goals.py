@@ -38,7 +38,7 @@ def goals(
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
     arm: Annotated[bool, typer.Option("--arm", help="Build with the arm too.")] = False,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
     disturbed: Annotated[
         bool,
         typer.Option("--disturbed", help="Judge the reference arrangements with every object moved by 4 cm, too."),

@@ -43,7 +43,7 @@ def loop(
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of scenes per family.")] = 8,
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
     workers: PoolOption = None,
     out: RowsOption = None,
     force: ForceOutOption = False,

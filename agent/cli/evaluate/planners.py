@@ -118,7 +118,7 @@ def arm(
     scenes: ScenesOption = 5,
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
-    hold: HoldOption = Hold.weld,
+    hold: HoldOption = Hold.friction,
     workers: PoolOption = None,
     out: RowsOption = None,
     force: ForceOutOption = False,

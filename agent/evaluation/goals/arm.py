@@ -23,7 +23,7 @@ Row = dict[str, Any]
 
 
 def build_goal_scene(
-    scene: GoalScene, observed: Scene, arrangements: Sequence[GoalArrangement], hold: str = "weld"
+    scene: GoalScene, observed: Scene, arrangements: Sequence[GoalArrangement], hold: str = "friction"
 ) -> Row:
     """Build the first arrangement with a plan and check the result; return JSON values.
 

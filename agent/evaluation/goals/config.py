@@ -25,7 +25,7 @@ class GoalsConfig(PlannerConfig):
     """
 
     arm: bool = False
-    hold: str = "weld"
+    hold: str = "friction"
 
     def command(self, models: Sequence[str], families: Sequence[str], scenes: int) -> str:
         """Return the command that makes these rows; `models` may include "disturbed reference"."""

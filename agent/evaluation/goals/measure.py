@@ -139,7 +139,7 @@ def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
         planner = loaded.planner(name, config)
         row, observed, arrangements = solve_goal_scene(planner, scene, config.candidates)
         if config.arm:
-            graspable = with_fixed(observed)
+            graspable = with_fixed(observed, config.hold)
             if graspable.fixed:
                 arrangements, _ = proposals_of(planner, scene, graspable, config.candidates)
             row["arm"] = build_goal_scene(scene, observed, arrangements, config.hold)

@@ -26,7 +26,7 @@ class LoopConfig(PlannerConfig):
     """
 
     model: str = "diffusion"
-    hold: str = "weld"
+    hold: str = "friction"
 
     def command(self, disturbances: Sequence[str], families: Sequence[str], scenes: int) -> str:
         """Return the command that makes these rows."""
