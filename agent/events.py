@@ -59,6 +59,25 @@ class Answered(EventBase):
 
 
 @dataclass(frozen=True)
+class Interjected(EventBase):
+    """In a conversation: a line was said while the arm builds, and read at once.
+
+    Attributes:
+        line: what was said.
+        outcome: "changed": something else is built from the next safe point on, in a turn that begins there; "asked": a
+            question is open, which follows; "answered": it is a question, whose answer follows; "refused", "unchanged";
+            "later": it is read when nothing is built any more; "waits", "goes on", "stops": what the arm does.
+        message: what was told at once; empty where an answer follows.
+        placed: how many placements there were.
+    """
+
+    line: str
+    outcome: str
+    message: str
+    placed: int
+
+
+@dataclass(frozen=True)
 class Restored(EventBase):
     """In a conversation: the goal and the table were restored to another state.
 

@@ -54,7 +54,9 @@ def explain_choice(act: Act, known: Knowledge) -> str:
 
 
 def describe_plan(act: Act, known: Knowledge) -> str:
-    """Describe what would be built and where each object asked about, by default every one, would go."""
+    """Describe what would be built and where each object asked about, by default every one, would go; or what is built."""
+    if known.progress:
+        return known.progress
     situation = known.situation
     if known.question is not None or situation.proposal is None or not situation.asked:
         return next_step(known) if known.question is not None else f"Nothing is planned. {next_step(known)}"
@@ -71,6 +73,8 @@ def describe_plan(act: Act, known: Knowledge) -> str:
 
 def describe_last_build(act: Act, known: Knowledge) -> str:
     """Describe the last build."""
+    if known.progress:
+        return known.progress
     builds = known.situation.builds
     if not builds:
         return f"Nothing that I built stands on the table. {next_step(known)}"
@@ -85,6 +89,8 @@ def describe_builds(act: Act, known: Knowledge) -> str:
 
 def describe_remaining(act: Act, known: Knowledge) -> str:
     """Describe what was asked for and is not built yet."""
+    if known.progress:
+        return known.progress
     situation = known.situation
     if not situation.asked:
         return f"Nothing is left to do: you have asked for nothing so far. {next_step(known)}"

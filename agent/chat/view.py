@@ -248,6 +248,12 @@ class ChatScreen:
     def _commanded(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["line"])
 
+    def _interjected(self, payload: Mapping[str, Any]) -> None:
+        if payload["outcome"] != "answered":  # the answer follows, with the line
+            self._say_line(payload["line"])
+        if payload["message"]:
+            self._text.line(f"  {payload['message']}", "red" if payload["outcome"] == "refused" else "bold")
+
     def _noted(self, payload: Mapping[str, Any]) -> None:
         self.note(payload["message"])
 
@@ -369,7 +375,7 @@ class ChatScreen:
 
 
 _SHOW: Mapping[str, Callable[[ChatScreen, Mapping[str, Any]], None]] = {
-    "started": ChatScreen._started, "commanded": ChatScreen._commanded, "parsed": ChatScreen._parsed,
+    "started": ChatScreen._started, "commanded": ChatScreen._commanded, "interjected": ChatScreen._interjected, "parsed": ChatScreen._parsed,
     "asked": ChatScreen._asked, "noted": ChatScreen._noted, "answered": ChatScreen._answered,
     "restored": ChatScreen._restored, "perceived": ChatScreen._perceived, "proposed": ChatScreen._proposed,
     "chosen": ChatScreen._chosen, "checked": ChatScreen._checked, "failed": ChatScreen._failed,

@@ -10,6 +10,7 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from agent.chat.commands import command_of
+from agent.chat.interjections import Moment, Source
 from agent.errors import UsageError
 from agent.runtime.terminal_text import visible
 
@@ -41,7 +42,7 @@ class DriverLines:
         self._files = files
         self._lock = threading.Lock()
         self._lines: SimpleQueue[str] = SimpleQueue()
-        self._asked_before = self._asking = self._stopping = False
+        self._asked_before = self._asking = self._stopping = self._building = False
         self._stopped_at = 0.0
         self._server: ViewServer | None = None
         self._said: Callable[[str], None] = lambda line: None
@@ -65,10 +66,30 @@ class DriverLines:
 
     # --- in the main thread ------------------------------------------------------------------
 
+    def while_building(self) -> Source:
+        """Return who types in the page while the arm builds."""
+        with self._lock:
+            self._building = True
+        self._publish("")
+        return self
+
+    @property
+    def silent(self) -> bool:
+        """Return false: the driver may always type."""
+        return False
+
+    def next(self, moment: Moment) -> str | None:
+        """Return the next line that was typed while the arm builds."""
+        if self._lines.empty():
+            return None
+        line = self._lines.get()
+        self._said(line)
+        return line
+
     def ask(self, prompt: str) -> str | None:
         """Return the next line of the driver; `None` when Ctrl-C in the terminal ends the chat."""
         with self._lock:
-            self._asked_before, self._asking, self._stopping = True, True, False
+            self._asked_before, self._asking, self._stopping, self._building = True, True, False, False
         try:
             self._publish(prompt)  # not sooner: the answer may come at once
             line = self._next()
@@ -123,6 +144,7 @@ class DriverLines:
         proposed = talk is not None and talk.question is None and talk.situation.proposal is not None
         choices = self._choices() if prompt else []
         asking = {"prompt": prompt, "choices": choices, "choosing": bool(prompt) and proposed, "stopping": stopping}
+        asking["building"] = self._building
         self._server.publish("asking", asking)
 
     # --- in the server's thread --------------------------------------------------------------
@@ -137,7 +159,7 @@ class DriverLines:
         if refused := self._refused_command(line):
             return refused
         with self._lock:
-            if not self._asking:
+            if not (self._asking or self._building):
                 return "the agent is at work; wait, or stop it"
             self._asking = False  # one line for each time that it asks
             self._lines.put(line)

@@ -74,7 +74,7 @@ def propose_arrangements(
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
     lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]
-    return _proposed(model, scene, arrangements, time.perf_counter() - began)
+    return proposed_event(model, scene, arrangements, time.perf_counter() - began)
 
 
 def propose_goal(
@@ -115,10 +115,13 @@ def propose_goal(
     part = scene.select(touched)
     _check_nothing_on_top(part)
     arrangements = [Arrangement(each.goal_from_initial[touched], dict(each.scores)) for each in found]
-    return _proposed(model, part, arrangements, time.perf_counter() - began)
+    return proposed_event(model, part, arrangements, time.perf_counter() - began)
 
 
-def _proposed(model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float) -> events.Proposed:
+def proposed_event(
+    model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float
+) -> events.Proposed:
+    """Make the event of arrangements, best first, for the objects of a scene."""
     candidates = tuple(
         events.Candidate(
             rank,

@@ -320,7 +320,7 @@ def test_a_wish_that_no_arrangement_was_good_enough_for_can_be_tried_again(conve
         raise NoValidGoal("none of them is good enough")
 
     with monkeypatch.context() as patched:
-        patched.setattr("agent.chat.build_session.filter_viable", none)
+        patched.setattr("agent.chat.proposal_session.filter_viable", none)
         assert not conversation.say("put the cups in a circle") and not conversation.situation.asked
         assert not conversation.again()  # from the next seed, which fails here too
     seed = conversation.options.seed
