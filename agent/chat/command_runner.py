@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from agent.chat.commands import PARSERS, help_lines, one_of, whole_number
 from agent.chat.conversation import Conversation
+from agent.chat.explanations import timeline_row
 from agent.chat.file_access import FileAccess
 from agent.chat.greeting import invitation
 from agent.chat.interjections import Silence, Source
@@ -117,12 +118,19 @@ class CommandRunner:
                     self._say_which()
                     self._on_proposal()
             case "/undo" | "/redo" | "/back" | "/reset":
-                {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
+                if rest:
+                    talk.back_to(whole_number(name, rest, 0))
+                else:
+                    {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
                 screen.scene(talk.look().to_dict())
                 proposal = talk.situation.proposal
                 if proposal is not None:  # shown again, not sent: nothing new was proposed
                     screen.on_event(proposal.proposed)
                     screen.on_event(proposal.chosen)
+            case "/timeline":
+                screen.listing([timeline_row(turn, left, turn.number == talk.turn) for turn, left in talk.timeline()])
+            case "/fork":
+                talk.fork()
             case "/parser" | "/viewpoint" | "/seed":
                 self._set_option(name, rest)
             case "/save":

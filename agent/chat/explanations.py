@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from agent.chat.history import TimelineTurn
 from agent.chat.knowledge import DECIDE, Knowledge, next_step
 from agent.chat.state import Build, Situation, objects_of
 from agent.chat.table_facts import join_words, place_in_words, with_article
@@ -136,3 +137,17 @@ def requested(act: Act, known: Knowledge) -> str:
     if known.question is not None or situation.proposal is not None:
         return f"{said} {next_step(known)}"
     return f"{said} {describe_build(situation.builds[-1])}" if situation.builds else said
+
+
+def timeline_row(turn: TimelineTurn, left: Situation, is_present: bool) -> tuple[str, str, str, str]:
+    """Describe a turn: its number, what was said, what became of it, and where it belongs.
+
+    Args:
+        turn: the turn.
+        left: the situation in which it was left.
+        is_present: whether it is the present turn.
+    """
+    states = ("built" if left.built else "proposed" if left.proposal is not None else "not built",) if left.asked else ()
+    state = ", ".join((*states, *(("a question is open",) if left.dialogue.question is not None else ())))
+    after = "" if turn.after is None else f"after {turn.after}, branch {turn.branch}"
+    return f"{'>' if is_present else ' '} {turn.number}", turn.line or "the start", state, after

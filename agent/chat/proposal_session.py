@@ -281,9 +281,10 @@ class ProposalSession(TableSession):
             raise UsageError("there is no proposal; say what to build, or /again")
         return proposal
 
-    def _go_to(self, how: str, situation: Situation | None) -> None:
-        super()._go_to(how, situation)
+    def _go_to(self, how: str, situation: Situation | None, keep_question: bool = False) -> None:
+        super()._go_to(how, situation, keep_question)
         self._look_at_pending()
+        self._asked_again()
 
     def _look_at_pending(self) -> None:
         """Let the table and all listeners turn to the objects of the pending proposal, which can be built now."""

@@ -25,6 +25,7 @@ from agent.reporting.event_text import (
     describe_row,
     parse_notes,
     part_lines,
+    remark_sentence,
     trial_note,
     verdict_sentence,
     verdict_title,
@@ -254,6 +255,12 @@ class ChatScreen:
         if payload["message"]:
             self._text.line(f"  {payload['message']}", "red" if payload["outcome"] == "refused" else "bold")
 
+    def _remembered(self, payload: Mapping[str, Any]) -> None:
+        """Ignore the number of a turn, which /timeline shows."""
+
+    def _forked(self, payload: Mapping[str, Any]) -> None:
+        self.note(f"{remark_sentence(payload)}; /back {payload['turn']} returns here")
+
     def _noted(self, payload: Mapping[str, Any]) -> None:
         self.note(payload["message"])
 
@@ -375,7 +382,8 @@ class ChatScreen:
 
 
 _SHOW: Mapping[str, Callable[[ChatScreen, Mapping[str, Any]], None]] = {
-    "started": ChatScreen._started, "commanded": ChatScreen._commanded, "interjected": ChatScreen._interjected, "parsed": ChatScreen._parsed,
+    "started": ChatScreen._started, "commanded": ChatScreen._commanded, "interjected": ChatScreen._interjected,
+    "remembered": ChatScreen._remembered, "forked": ChatScreen._forked, "parsed": ChatScreen._parsed,
     "asked": ChatScreen._asked, "noted": ChatScreen._noted, "answered": ChatScreen._answered,
     "restored": ChatScreen._restored, "perceived": ChatScreen._perceived, "proposed": ChatScreen._proposed,
     "chosen": ChatScreen._chosen, "checked": ChatScreen._checked, "failed": ChatScreen._failed,
