@@ -230,9 +230,11 @@ class Conversation(BuildSession):
         return self._interpreter.interpret(text, self._objects()).nothing
 
     def _known(self) -> Knowledge:
+        at_work = self._steering is not None
+        seen = perceived_event(self.table.remembered(), 0.0, self.table) if at_work else self.look()
         return Knowledge(
-            self.look(), self.situation, self.question, self.example, self.table.held, self.table.fallen,
-            self._cache.encoder, tuple(self.table.out_of_reach), self._steering.progress if self._steering else "",
+            seen, self.situation, self.question, self.example, self.table.held, self.table.fallen,
+            self._cache.encoder, tuple(self.table.out_of_reach), self._steering.progress if self._steering is not None else "",
         )  # fmt: skip
 
 

@@ -78,6 +78,7 @@ class Surroundings:
         live: shows work in progress.
         stopping: says in a few words how the user stops the arm; empty if the display of work shows it.
         keys: says what the keys do, in a sentence; empty without keys of its own.
+        typed: whether lines are typed into the text while the arm works, where a spinner would overwrite them.
     """
 
     text: Printer
@@ -85,12 +86,14 @@ class Surroundings:
     live: BusyDisplay
     stopping: str = ""
     keys: str = ""
+    typed: bool = False
 
 
 def terminal_surroundings(console: Console) -> Surroundings:
     """Return the maps, the spinner and the keys of a terminal."""
     keys = "Ctrl-C stops the current work; Alt-Enter starts a new line; Ctrl-D ends the chat"
-    return Surroundings(TextPrinter(console), Maps(console), LiveDisplay(console), "Ctrl-C stops it", keys)
+    stopping = "type what should be different; Ctrl-C stops it"
+    return Surroundings(TextPrinter(console), Maps(console), LiveDisplay(console), stopping, keys, typed=True)
 
 
 class ChatScreen:
@@ -114,7 +117,7 @@ class ChatScreen:
         self._echo = echo
         self.maps, self.keys = around.maps, around.keys
         self._live, self._text = around.live, around.text
-        self._at_work = "; ".join(filter(None, (_AT_WORK, around.stopping)))
+        self._at_work, self._typed = "; ".join(filter(None, (_AT_WORK, around.stopping))), around.typed
         self._scene: Mapping[str, Any] | None = None
         self._candidates: Mapping[str, Any] | None = None
         self._moved: Mapping[str, Any] = {}  # the scene whose objects the candidates move
@@ -287,7 +290,7 @@ class ChatScreen:
             self.note(f"done in {duration(payload['seconds'])}")
 
     def _pictured(self, payload: Mapping[str, Any]) -> None:
-        if payload["name"].startswith("placement-"):
+        if payload["name"].startswith("placement-") and not self._typed:
             self.busy(self._at_work)
 
     def _filmed(self, payload: Mapping[str, Any]) -> None:
@@ -302,7 +305,10 @@ class ChatScreen:
     def _arm_event(self, payload: Mapping[str, Any]) -> None:
         names = [one["name"] for one in self._scene["objects"]] if self._scene else []
         self._text.line(f"  {arm_sentence(payload, names)}")
-        self.busy(self._at_work)
+        if not self._typed:
+            self.busy(self._at_work)
+        elif payload["kind"] == "planned" and self._live.possible:
+            self.note(f"  {self._at_work}")
 
     def _say_line(self, line: str) -> None:
         if self._echo:

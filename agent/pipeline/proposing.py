@@ -17,7 +17,7 @@ from structdiffusion.observation import Arrangement
 
 if TYPE_CHECKING:
     from agent.pipeline.table_goal import TableGoal
-    from structdiffusion.observation import Scene, StructureGoal
+    from structdiffusion.observation import ObjectCloud, Scene, StructureGoal
     from structdiffusion.planners.factory import Planner
     from structdiffusion.planners.goal_planner import GoalPlanner
 
@@ -111,6 +111,10 @@ def propose_goal(
         )
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
+    # To make room, nothing is moved on which something stands that stays; if it has to be, the check below says so.
+    carried = _carried(scene.objects)
+    free = [each for each in found if not any(low in each.moved and up not in {*each.moved, *wanted.movable} for up, low in carried)]
+    found = free or found
     touched = sorted({*wanted.movable, *(index for each in found for index in each.moved)})
     part = scene.select(touched)
     _check_nothing_on_top(part)
@@ -145,13 +149,18 @@ def _check_enough_objects(scene: Scene, goal: StructureGoal) -> None:
 
 def _check_nothing_on_top(scene: Scene) -> None:
     """Raise `NotBuildable` when a distractor stands on an object that takes part: it would fall when that is picked."""
+    clouds, count = (*scene.objects, *scene.distractors), len(scene.objects)
+    for upper, lower in _carried(clouds):
+        if lower < count <= upper:
+            above, below = clouds[upper].name, clouds[lower].name
+            raise NotBuildable(f"the {above} stands on the {below} and would fall: let the {above} take part too")
+
+
+def _carried(clouds: Sequence[ObjectCloud]) -> list[tuple[int, int]]:
+    """Return which objects stand on which others: pairs of indices, the upper one first."""
     from structdiffusion.footprints import stands_above
 
-    clouds = (*scene.objects, *scene.distractors)
     outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
     bottoms = [cloud.bottom for cloud in clouds]
-    for upper in range(len(scene.objects), len(clouds)):
-        for lower in range(len(scene.objects)):
-            if stands_above(upper, lower, outlines, bottoms):
-                above, below = clouds[upper].name, clouds[lower].name
-                raise NotBuildable(f"the {above} stands on the {below} and would fall: let the {above} take part too")
+    every = range(len(clouds))
+    return [(up, low) for up in every for low in every if up != low and stands_above(up, low, outlines, bottoms)]

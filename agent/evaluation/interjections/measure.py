@@ -140,12 +140,12 @@ def _said(talk: Conversation, log: _Log, saying: Saying, rng: np.random.Generato
     before = talk.situation.spoken
     stands = talk.go(steering=Steering(talk, Script(said)))
     told = [event for event in log if isinstance(event, events.Interjected) and event.line == saying.sentence]
-    result = _judged(log, told, saying, str(talk.situation.spoken), str(before))
+    result = _judged(log, told, saying, str(talk.situation.spoken.canonical()), str(before.canonical()))
     return {
         "moment": f"{placed}{'+' * holding}",
         "outcome": told[-1].outcome if told else None,
         "message": told[-1].message if told else "",
-        "goal": str(talk.situation.spoken),
+        "goal": str(talk.situation.spoken.canonical()),
         "result": result,
         "stands": None if "stops" in saying.outcomes else stands,
         "trouble": talk.situation.builds[-1].trouble,
