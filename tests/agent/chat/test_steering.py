@@ -8,6 +8,8 @@ from agent.arm.events import Noticed, Picked, Placed, Stopped
 from agent.chat.interjections import Interjection, Script
 from agent.chat.steering import Steering
 from structdiffusion.geometry import pose_from_xyz_yaw
+from tests.agent.chat.conftest import DESK
+from tests.agent.chat.terminal import Terminal
 
 LINE = "put the cups in a line on the right"
 
@@ -176,3 +178,25 @@ def test_a_chat_build_lays_out_anew_what_is_gone(conversation, sent):
     failed = [event for event in sent if isinstance(event, events.Failed)][-1]
     assert failed.exit_code == 8 and "3 of 4 objects stand as asked" in failed.message, failed
     assert np.isfinite(conversation.table.world.poses()).all()
+
+
+def test_a_question_is_answered_without_another_look(conversation, sent, monkeypatch):
+    """The arm may hide what has tilted since it was seen."""
+    assert conversation.say(LINE)
+    steering = Steering(conversation, Script([Interjection("where is the orange?", 1, True)]))
+    monkeypatch.setattr("agent.scenes.table_scene.TableScene.look", lambda table: pytest.fail("it looked"))
+    assert conversation.go(steering=steering) and interjected(sent) == [("answered", 1)]
+
+
+def test_lines_are_typed_into_a_terminal_while_the_arm_builds(tmp_path):
+    with Terminal(["chat", "--scene", str(DESK), "--model", "geometric"], tmp_path) as terminal:
+        terminal.until_prompt()
+        terminal.type(LINE)
+        terminal.until_prompt()
+        terminal.type("y")
+        terminal.until("picked cup")
+        terminal.interject("make it a circle instead")
+        terminal.until("Understood: a circle of cup 1, cup 2 and cup 3")
+        terminal.until("It stands as asked")
+        terminal.until_prompt()
+        assert terminal.end() == 0
