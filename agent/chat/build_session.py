@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Protocol
 
@@ -14,8 +14,9 @@ from agent.arm.placement_rules import PlacementRules
 from agent.arm.remainder import Remainder
 from agent.chat.proposal_session import ProposalSession
 from agent.chat.state import Build, Situation
+from agent.chat.table_facts import join_words, with_article
 from agent.chat.turn import STOPPED
-from agent.errors import DONE, PartlyDone
+from agent.errors import DONE, ExecutionFailed, NotBuildable, NoValidGoal, PartlyDone
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
 from agent.pipeline.event_builders import describe_shortfall
@@ -71,6 +72,7 @@ class BuildSession(ProposalSession):
     """A `ProposalSession` whose proposal can be built."""
 
     _steering: Steers | None = None  # while the arm builds
+    _is_planned = False  # whether the arm had a plan for the last build
 
     def plan(self) -> None:
         """Plan the chosen arrangement and send the events of the plan, without moving anything."""
@@ -123,7 +125,7 @@ class BuildSession(ProposalSession):
 
     def _build(self, on_step: Callable[[TableScene], None] | None, on_check: Callable[[], None] | None) -> bool:
         """Build the proposal until it stands or something else is wanted; return whether it stands."""
-        proposal, options, steering = self._proposed(), self.options, self._steering
+        proposal, steering = self._proposed(), self._steering
 
         def after_step(table: TableScene) -> None:
             if steering is not None:
@@ -138,32 +140,49 @@ class BuildSession(ProposalSession):
                 on_check()
 
         with self._turn.part("build"):
-            arrangements = proposal.arrangements_to_try
-            if options.execute:
-                names = [cloud.name for cloud in proposal.scene.objects]
-                building = build_with_arm(
-                    self.table,
-                    proposal.scene,
-                    proposal.wanted,
-                    arrangements,
-                    options.seed,
-                    ranks=proposal.ranks_to_try,
-                    on_step=after_step,
-                    on_check=at_check,
-                    replanner=layouts_of(proposal.wanted, self._arranged),
-                    ends_here=None if steering is None else steering.ends_here,
-                    first=() if steering is None else [names.index(one) for one in steering.first if one in names],
-                )
+            if not self.options.execute:
+                self._forward(release_in_physics(self.table, proposal.scene, proposal.wanted, proposal.arrangements_to_try[0]))
             else:
-                building = release_in_physics(self.table, proposal.scene, proposal.wanted, arrangements[0])
-            for _ in forward_events(building, self._watched):
-                pass
+                names = [cloud.name for cloud in proposal.scene.objects]
+                first = () if steering is None else [names.index(one) for one in steering.first if one in names]
+                try:
+                    self._forward(self._building(after_step, at_check, first))
+                except ExecutionFailed:
+                    if not first or self._is_planned:
+                        raise
+                    told = join_words([with_article(names[index]) for index in first])
+                    self.send(events.Noted(f"no way was found to move {told} first, so the order is left open"))
+                    self._forward(self._building(after_step, at_check, ()))
             if steering is not None and steering.turn is not None:
                 return False
             if shortfall := describe_shortfall(self.table, "stand as asked"):
                 raise PartlyDone(shortfall)
             return True
         return False
+
+    def _building(
+        self, on_step: Callable[[TableScene], None], on_check: Callable[[], None], first: Collection[int]
+    ) -> Generator[Event, None, None]:
+        """Build the proposal with the arm, these objects first; yield the events."""
+        proposal, self._is_planned = self._proposed(), False
+        return build_with_arm(
+            self.table,
+            proposal.scene,
+            proposal.wanted,
+            proposal.arrangements_to_try,
+            self.options.seed,
+            ranks=proposal.ranks_to_try,
+            on_step=on_step,
+            on_check=on_check,
+            replanner=layouts_of(proposal.wanted, self._arranged),
+            ends_here=None if self._steering is None else self._steering.ends_here,
+            first=first,
+        )
+
+    def _forward(self, building: Generator[Event, None, None]) -> None:
+        """Tell all events of a build."""
+        for _ in forward_events(building, self._watched):
+            pass
 
     def _turn_to(self, steering: Steers) -> bool:
         """Begin the next turn with what was said while the arm was building; return whether there is such a turn."""
@@ -207,11 +226,17 @@ class BuildSession(ProposalSession):
         said = self.situation.dialogue
         standing = {left.first.objects[index].name for index in left.standing}
         done = [part for part in built.goal.parts if self._holds(part, built.goal, left, standing)]
-        numbers = {number for number, part in enumerate(said.goal.parts) if part in done}
-        situation = self._wanting(replace(said, standing=said.standing | numbers))
+        stand = said.standing | {number for number, part in enumerate(said.goal.parts) if part in done}
         self._shown = []
         try:
-            return self._planned(situation, told.append, left, said.goal.canonical() == built.goal.canonical()), told
+            try:
+                situation = self._wanting(replace(said, standing=stand))
+                return self._planned(situation, told.append, left, built.goal), told
+            except (NotBuildable, NoValidGoal):
+                if stand == said.standing:
+                    raise
+            told.clear()  # what stands is in the way: it may be moved
+            return self._planned(self._wanting(said), told.append, left, built.goal), told
         except BaseException:
             self.table.involve(taking)
             self.table.missing = missing
@@ -231,6 +256,7 @@ class BuildSession(ProposalSession):
         return bool(named & standing) and named & moved <= set(standing)
 
     def _watched(self, event: Event) -> Iterator[Event]:
+        self._is_planned = self._is_planned or isinstance(event, Planned)
         if isinstance(event, Planned) and self.situation.shown is not None:  # it need not be the one that was chosen
             self.situation = replace(self.situation, shown=replace(self.situation.shown, rank=event.arrangement + 1))
         if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:

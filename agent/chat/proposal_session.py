@@ -19,11 +19,17 @@ from agent.errors import NotBuildable, NoValidGoal, UsageError
 from agent.event_base import Event, Listener
 from agent.pipeline.candidates import filter_viable
 from agent.pipeline.event_builders import describe_aside, describe_shortfall, perceived_event
-from agent.pipeline.laying_out import carried_over, layouts_of
 from agent.pipeline.proposing import propose_arrangements, propose_goal, proposed_event
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, make_goal
-from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, with_what_is_there
+from agent.pipeline.table_goal import (
+    TableGoal,
+    described_parts,
+    planned_as_structure,
+    put_on_table,
+    with_what_is_there,
+)
+from agent.pipeline.turning import carried_over, laid_around
 from agent.scenes.limits import MOST_OBJECTS
 from grounding.dialogue.state import Dialogue
 from grounding.goals.goal import Goal
@@ -109,7 +115,7 @@ class ProposalSession(TableSession):
         )  # fmt: skip
 
     def _planned(
-        self, situation: Situation, tell: Callable[[Event], None], left: Remainder | None = None, same: bool = False
+        self, situation: Situation, tell: Callable[[Event], None], left: Remainder | None = None, before: Goal = Goal()
     ) -> Situation:
         """Look at the table and propose arrangements of a situation's wish; return the situation with the proposal.
 
@@ -117,7 +123,7 @@ class ProposalSession(TableSession):
             situation: what is wanted.
             tell: called with the events.
             left: what is left of a build that ends for it.
-            same: whether that build had the same goal.
+            before: the goal of that build.
         """
         began = time.perf_counter()
         whole, missing = with_what_is_there(self.table, situation.goal)
@@ -144,8 +150,10 @@ class ProposalSession(TableSession):
         for one in networks.values():
             if not one.verified:
                 tell(events.Noted(one.card))
-        around = None if left is None else carried_over(left, scene)
-        proposed = None if around is None else self._laid_around(around, wanted, same, bool(goal.parts))
+        proposed = None
+        if left is not None:
+            same = situation.goal.canonical() == before.canonical()
+            proposed = self._laid_around(carried_over(left, scene), wanted, before, same, bool(goal.parts))
         proposed = replace(proposed or self._arranged(everything, wanted, tell), networks=networks)
         if len(proposed.scene.objects) > self.table.count:  # something has to be set aside, and takes part too
             self.table.involve([cloud.name for cloud in proposed.scene.objects])
@@ -192,14 +200,15 @@ class ProposalSession(TableSession):
         return propose_arrangements(cache.planner(*chosen), options.model, scene, asked, options.seed, on_preview)
 
     def _laid_around(
-        self, left: Remainder, wanted: StructureSpec | TableGoal, same: bool, to_build: bool
+        self, left: Remainder, wanted: StructureSpec | TableGoal, before: Goal, same: bool, to_build: bool
     ) -> events.Proposed | None:
         """Lay a goal out around what stands of another build, or of the same; `None` if there is no such arrangement.
 
         Args:
             left: what is left of that build, for the objects of this one.
             wanted: the goal.
-            same: whether that build had the same goal.
+            before: the goal of that build.
+            same: whether that is the same one.
             to_build: whether anything of this one does not stand yet.
         """
         began, count = time.perf_counter(), len(left.left)
@@ -210,8 +219,8 @@ class ProposalSession(TableSession):
             as_it_was[list(left.standing) if to_build else slice(None)] = np.eye(4)
             found.append(Arrangement(as_it_was, {"total": 1.0}))
         if to_build:
-            laid_out = layouts_of(wanted, self._arranged, another=True).lay_out(left)
-            found += [Arrangement(each.goal_from_initial[:count], each.scores) for each in laid_out]
+            lines = described_parts(before, self.table.original_names)
+            found += laid_around(wanted, left, lines, self._arranged)
         return proposed_event(self.options.model, scene, found, time.perf_counter() - began) if found else None
 
     def choose(self, rank: int) -> None:

@@ -59,7 +59,7 @@ class Steering:
         self._talk, self._source, self._on_check = talk, source, on_check
         self._placed, self._held, self._waits = 0, "", False
         self._standing = dict[str, None]()  # in the order in which they were placed
-        self._reading = False
+        self._reading = self._stopped = False
         self._later: list[str] = []
         self.first: tuple[str, ...] = ()
         self.turn: tuple[Situation, Sequence[Event]] | None = None
@@ -133,7 +133,7 @@ class Steering:
         Raises:
             KeyboardInterrupt: for "stop".
         """
-        if self._reading:
+        if self._reading or self._stopped:
             return
         self._reading = True
         try:
@@ -179,6 +179,7 @@ class Steering:
     def _command(self, line: str, name: str) -> None:
         match name:
             case "/stop":
+                self._stopped = True
                 self._tell(line, "stops")
                 raise KeyboardInterrupt
             case "/wait":

@@ -107,32 +107,6 @@ class StructureLayouts:
         ]
 
 
-def carried_over(remainder: Remainder, now: Scene) -> Remainder:
-    """Return what is left of a build as the beginning of another one.
-
-    Args:
-        remainder: of the build that has ended.
-        now: the table as it was seen since: the objects that take part from now on, and all others as distractors.
-
-    Returns:
-        What is left, of the objects of `now` and after them of those that took part before and do so no more.
-    """
-    place = {cloud.name: index for index, cloud in enumerate(remainder.first.objects)}
-    dropped = [cloud for cloud in now.distractors if cloud.name in place]
-    every = (*now.objects, *dropped)
-    goals = [
-        remainder.goal_from_initial[place[cloud.name]] @ np.linalg.inv(remainder.now_from_initial[place[cloud.name]])
-        if cloud.name in place
-        else np.eye(4)
-        for cloud in every
-    ]
-    taking = range(len(now.objects))
-    standing = frozenset(index for index in taking if place.get(every[index].name) in remainder.standing)
-    first = replace(now, objects=every, distractors=())
-    motionless = np.tile(np.eye(4), (len(every), 1, 1))
-    return Remainder(first, now.distractors, tuple(taking), motionless, np.array(goals), standing)
-
-
 def table_of(remainder: Remainder, flat: bool) -> tuple[Scene, np.ndarray]:
     """Return the objects that are left as a planner takes them: upright, as if nothing had fallen over.
 

@@ -88,6 +88,19 @@ def test_a_line_may_ask_for_an_order_of_work(build, conversation, sent):
     assert messages(sent) == ["Understood: cup 1 first; it takes effect before anything else is taken"]
 
 
+def test_an_order_of_work_for_which_there_is_no_way_is_left_open(build, conversation, sent):
+    """The upper box cannot be placed before the lower one."""
+    conversation.say("stack the boxes")
+    upper = conversation.situation.proposal.chosen
+    heights = {goal["name"]: goal["position"][2] for goal in upper.goals}
+    name = max(heights, key=heights.get)
+    done, _ = build("stack the boxes", f"@0 {name} first")
+    noted = [event.message for event in sent if isinstance(event, events.Noted)]
+    assert done and interjected(sent) == [("changed", 0)]
+    lowest = placed(sent)[0]
+    assert lowest == name or f"no way was found to move {name} first, so the order is left open" in noted
+
+
 def test_questions_are_answered_while_the_arm_goes_on(build, sent):
     done, _ = build(LINE, "@1+ what are you doing?", "@2 where is the orange?")
     assert done and interjected(sent) == [("answered", 1), ("answered", 2)]

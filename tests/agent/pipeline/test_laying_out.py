@@ -1,16 +1,14 @@
 """A goal is laid out anew where something is gone or in the way, and what stands need not be moved for it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from agent import events
 from agent.arm.events import Noticed, Picked, Placed, Planned
 from agent.arm.remainder import Remainder
-from agent.errors import NoValidGoal, PartlyDone
+from agent.errors import PartlyDone
 from agent.pipeline.building import build_with_arm
-from agent.pipeline.laying_out import GoalLayouts, StructureLayouts, carried_over
+from agent.pipeline.laying_out import GoalLayouts, StructureLayouts
 from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.table_goal import TableGoal
 from agent.reporting.event_schema import payload_error
@@ -173,34 +171,3 @@ def test_the_new_arrangement_is_told_and_numbered_after_the_others(with_one_gone
     (noticed,) = [event for event in happened if isinstance(event, Noticed)]
     said = arm_sentence(noticed.to_dict(), names)
     assert said == f"noticed: {noticed.name} is gone; what is left is laid out anew"
-
-
-def test_what_is_left_of_a_build_begins_another_one(seen):
-    """Can 0 stands, jar 1 and can 2 are wanted still, jar 3 is not; a new object takes part."""
-    before = remainder(seen, {0})
-    moved = [replace(cloud, points=cloud.points.copy()) for cloud in seen.objects]
-    joins = replace(moved[3], name="new one")
-    now = replace(seen, objects=(*moved[:3], joins), distractors=(moved[3],))
-    left = carried_over(before, now)
-    names = [cloud.name for cloud in seen.objects]
-    assert [cloud.name for cloud in left.first.objects] == [*names[:3], "new one", names[3]]
-    assert left.left == (0, 1, 2, 3) and left.standing == {0} and [one.name for one in left.others] == [names[3]]
-    assert np.allclose(left.goal_from_initial[0], np.eye(4)) and np.allclose(left.goal_from_initial[3], np.eye(4))
-    for index, old in ((1, 1), (2, 2), (4, 3)):
-        assert np.allclose(left.goal_from_initial[index], before.goal_from_initial[old])
-    assert np.allclose(left.now_from_initial, np.eye(4))
-
-
-def test_another_goal_fulfils_no_part_by_what_stands(seen):
-    """The same remainder: of the same goal a part that stands is left out, of another one it is laid out."""
-    names = tuple(cloud.name for cloud in seen.objects)
-    goal = Goal((StructurePart("line", objects=(0, 1)), StructurePart("line", objects=(2, 3))))
-    wanted, asked = TableGoal(goal, names, START), []
-
-    def propose(scene, goal):
-        asked.append(len(goal.goal.parts))
-        raise NoValidGoal("nothing")
-
-    for another in (False, True):
-        assert GoalLayouts(wanted, propose, another).lay_out(remainder(seen, {0, 1})) == [] or not another
-    assert asked[-1] == 2 and 2 not in asked[:-1]
