@@ -85,7 +85,7 @@ class Chat:
             try:
                 self._stopped()
                 self._screen.space()
-                line = self._commands.later.pop(0) if self._commands.later else self._lines.ask(self._prompt())
+                line = self._later() or self._lines.ask(self._prompt())
             except KeyboardInterrupt:
                 self._count_interrupt()
                 self._stop_asking()
@@ -105,6 +105,14 @@ class Chat:
                 self.unwritten += isinstance(error, NotWritten | OSError)
             finally:
                 self._screen.idle()
+
+    def _later(self) -> str | None:
+        """Return the next line that was said while the arm was building and has to be read now, and show it."""
+        if not self._commands.later:
+            return None
+        line = self._commands.later.pop(0)
+        self._screen.said(line)
+        return line
 
     def _count_interrupt(self) -> None:
         """Count an interruption, and raise it again if it is the third in a row."""

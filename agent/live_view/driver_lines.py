@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from grounding.parse_result import Question
 
 LONGEST = 2000  # characters of a line
+MOST_WAITING = 16  # lines that were typed while the arm builds and are not read yet
 _LATE = 0.5  # s that the interruption by a page may take to arrive
 _WITH_FILES = ("/save", "/load", "/report")
 
@@ -168,6 +169,8 @@ class DriverLines:
         with self._lock:
             if not (self._asking or self._listening):
                 return "the agent is at work; wait, or stop it"
+            if self._lines.qsize() >= MOST_WAITING:
+                return f"{MOST_WAITING} lines wait to be read; try again later"
             self._asking = False  # one line for each time that it asks
             self._lines.put(line)
         return ""

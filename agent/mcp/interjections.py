@@ -9,6 +9,7 @@ from agent.chat.interjections import Moment
 from agent.errors import UsageError
 from agent.event_base import Event
 
+MOST_WAITING = 16  # lines that are not read yet
 ENDED = "the build has ended meanwhile; call propose"
 
 
@@ -26,7 +27,12 @@ class SaidByClients:
         """Say a line, from any thread; return the events to come.
 
         The future raises `UsageError` if the build ends before the line is read.
+
+        Raises:
+            UsageError: if too many lines wait to be read.
         """
+        if self._waiting.qsize() >= MOST_WAITING:
+            raise UsageError(f"{MOST_WAITING} lines wait to be read; try again later")
         answer = Future[list[Event]]()
         self._waiting.put((line, answer))
         return answer

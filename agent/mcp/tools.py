@@ -158,6 +158,8 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
         taken, around what stands. A person is asked first if it may change what moves.
         """
         _check_approval(approval, "say", lambda: None, "nothing was changed")
+        if not table.only_talks(text):
+            current_call.get().write(audit.STARTED)
         return _answer(await table.say(text))
 
     async def stopped(context: Context) -> Annotated[CallToolResult, StopResult]:

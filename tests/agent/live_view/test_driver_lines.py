@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from agent.chat.interjections import Moment
-from agent.live_view.driver_lines import LONGEST, DriverLines
+from agent.live_view.driver_lines import LONGEST, MOST_WAITING, DriverLines
 from grounding.parse_result import Question
 
 
@@ -177,3 +177,9 @@ def test_a_line_that_came_too_late_for_the_build_answers_the_next_prompt(lines, 
     lines.while_building()
     assert lines.actions["line"]({"line": "bigger"}) == "" and lines.ask("> ") == "bigger"
     assert not page.told[0][1]["prompt"] and lines.actions["line"]({"line": "more"}) == "the agent is at work; wait, or stop it"
+
+
+def test_lines_that_nobody_reads_are_not_piled_up(lines, page):
+    lines.while_building()
+    assert {lines.actions["line"]({"line": "wait"}) for _ in range(MOST_WAITING)} == {""}
+    assert lines.actions["line"]({"line": "wait"}) == "16 lines wait to be read; try again later"

@@ -5,6 +5,9 @@ import pytest
 
 pytest.importorskip("mcp", reason="needs the extra mcp")
 
+from agent.chat.interjections import Moment
+from agent.errors import UsageError
+from agent.mcp.interjections import MOST_WAITING, SaidByClients
 from tests.agent.mcp.conftest import Person, data, plan, refusal
 
 LINE = "put the cups in a line on the right"
@@ -40,7 +43,7 @@ def test_a_correction_is_built_from_the_next_safe_point_on(served):
     person = Person()
     served.speak(conversation, person)
     assert person.asked[1].startswith('Let the robot arm take this while it builds: "make it a circle instead"?')
-    assert [line["outcome"] for line in served.audit if line["tool"] == "say"] == ["done"]
+    assert [line["outcome"] for line in served.audit if line["tool"] == "say"] == ["started", "done"]
 
 
 def test_questions_waiting_and_stopping_need_no_approval(served):
@@ -79,3 +82,17 @@ def test_without_a_build_there_is_nothing_to_say(served):
         )
 
     served.speak(conversation, Person())
+
+
+def test_lines_that_nobody_reads_are_not_piled_up():
+    said = SaidByClients()
+    waiting = [said.say(f"line {number}") for number in range(MOST_WAITING)]
+    with pytest.raises(UsageError, match="16 lines wait to be read"):
+        said.say("one more")
+    assert said.next(Moment()) == "line 0" and not waiting[0].done()
+    said.hear("event")
+    assert said.next(Moment()) == "line 1" and waiting[0].result() == ["event"]
+    said.close()
+    assert waiting[1].result() == []
+    with pytest.raises(UsageError, match="the build has ended meanwhile"):
+        waiting[2].result()
