@@ -17,7 +17,7 @@ import agent.chat
 import agent.evaluation.interjections
 import grounding
 from agent import events
-from agent.arm.events import Picked, Placed, Stopped
+from agent.arm.events import Picked, Placed
 from agent.chat.conversation import Conversation
 from agent.chat.interjections import Interjection, Script
 from agent.chat.steering import Steering
@@ -179,7 +179,8 @@ def _judged(
             return "wrong"
         return "right" if sum(isinstance(event, Placed) for event in since[:turned]) <= 1 else "late"
     if outcome == "stops":
-        return "right" if any(isinstance(event, Stopped) for event in since) and not placements else "wrong"
+        moved = [event for event in since if isinstance(event, Picked | Placed)]  # while it plans, no arm has to stop
+        return "right" if not moved else "wrong"
     return "right" if goal == before else "wrong"
 
 
