@@ -36,7 +36,7 @@ def assert_stands_at(conversation, poses):
 def test_an_instruction_becomes_a_proposal_and_moves_nothing(conversation, sent):
     before = conversation.table.poses()
     assert conversation.say("put the cups in a small circle on the left")
-    assert kinds(sent) == ["started", "parsed", "perceived", "proposed", "chosen"]
+    assert kinds(sent) == ["started", "parsed", "perceived", "proposed", "remembered", "chosen"]
     (parsed,) = of(sent, events.Parsed)
     assert parsed.spec == StructureSpec("circle", "small", "left") and parsed.named == CUPS and parsed.before is None
     (seen,) = of(sent, events.Perceived)
