@@ -149,6 +149,20 @@ def test_stop_acts_at_once(build, conversation, sent):
     assert stopped.set_down and stopped.folded and len(placed(sent)) == 1
 
 
+def test_stop_while_the_hand_opens_leaves_what_it_has_let_go(conversation, sent):
+    assert conversation.say(LINE)
+    held = []
+
+    def interrupt(table):
+        held.append(table.held)
+        if held[-1] is None and "cup 3" in held and held[-2] == "cup 3":
+            raise KeyboardInterrupt
+
+    assert not conversation.go(interrupt)
+    (stopped,) = (event for event in sent if isinstance(event, Stopped))
+    assert (stopped.object, stopped.name, stopped.folded) == (None, "", True) and conversation.table.tidy
+
+
 def test_a_goal_that_cannot_be_had_is_refused_and_what_was_wanted_is_built(build, conversation, sent, monkeypatch):
     from agent.errors import NoValidGoal
 
