@@ -59,16 +59,65 @@ class Answered(EventBase):
 
 
 @dataclass(frozen=True)
+class Interjected(EventBase):
+    """In a conversation: a line was said while the arm builds, and read at once.
+
+    Attributes:
+        line: what was said.
+        outcome: "changed": something else is built from the next safe point on, in a turn that begins there; "asked": a
+            question is open, which follows; "answered": it is a question, whose answer follows; "refused", "unchanged";
+            "later": it is read when nothing is built any more; "waits", "goes on", "stops": what the arm does.
+        message: what was told at once; empty where an answer follows.
+        placed: how many placements there were.
+    """
+
+    line: str
+    outcome: str
+    message: str
+    placed: int
+
+
+@dataclass(frozen=True)
+class Remembered(EventBase):
+    """In a conversation: a turn of the timeline begins, to which "/back TURN" returns.
+
+    Attributes:
+        turn: its number, from 1; 0 is the start.
+        after: the number of the turn that it follows.
+        branch: of the timeline, from 1.
+    """
+
+    turn: int
+    after: int
+    branch: int
+
+
+@dataclass(frozen=True)
+class Forked(EventBase):
+    """In a conversation: the turn that follows begins a branch of the timeline.
+
+    Attributes:
+        turn: the number of the present turn, which it will follow.
+        branch: of the turn to come.
+    """
+
+    turn: int
+    branch: int
+
+
+@dataclass(frozen=True)
 class Restored(EventBase):
     """In a conversation: the goal and the table were restored to another state.
 
     Attributes:
         how: "undo": the state before the last turn; "redo": the state after the turn that was undone; "reset": the
-            start; "put back": the table as it was before the last build, with the same goal.
+            start; "put back": the table as it was before the last build, with the same goal; "turn 2": the state in
+            which that turn of the timeline was left.
         spec: the present goal, `None` before the first one.
         objects: the names of the participants.
         moved: the names of the objects that were put back.
         parts: one line for each part of a goal of several parts, which `spec` does not hold; empty otherwise.
+        turn: the number of the turn of the timeline that is the present one again; `None` where a turn was added.
     """
 
     how: str
@@ -76,6 +125,7 @@ class Restored(EventBase):
     objects: tuple[str, ...]
     moved: tuple[str, ...]
     parts: tuple[str, ...] = ()
+    turn: int | None = None
 
 
 @dataclass(frozen=True)

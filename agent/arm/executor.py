@@ -31,6 +31,7 @@ from agent.arm.object_planner import ObjectPlan
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import is_folded, leave_start
+from agent.arm.remainder import EndsHere
 from agent.arm.task_planner import Search
 from agent.arm.work_planner import Step, WorkPlanner
 from structdiffusion.completion.surface import completed_scene
@@ -94,7 +95,8 @@ def build_structure(
                 leave_start(driver, search.scene)
             eyes = Eyes(world, arm, scene, solid, rng.spawn(1)[0])
             work = WorkPlanner(eyes, search, list(arrangements), rank, listeners.replanner)
-            yield from _Builder(hand, eyes, work).run([Step(plan.object, plan) for plan in steps])
+            builder = _Builder(hand, eyes, work, listeners.ends_here)
+            yield from builder.run([Step(plan.object, plan) for plan in steps])
         except KeyboardInterrupt:
             yield hand.stop("" if hand.object is None else scene.objects[hand.object].name)
             raise
@@ -105,14 +107,16 @@ def build_structure(
 class _Builder:
     """An executor of steps, which looks after each and plans again where something is otherwise than it should be."""
 
-    def __init__(self, hand: Handling, eyes: Eyes, work: WorkPlanner) -> None:
-        self.hand, self.eyes, self.work = hand, eyes, work
+    def __init__(self, hand: Handling, eyes: Eyes, work: WorkPlanner, ends_here: EndsHere | None = None) -> None:
+        self.hand, self.eyes, self.work, self.ends_here = hand, eyes, work, ends_here
         self.monitor = Monitor(eyes)
 
     def run(self, steps: Sequence[Step]) -> Generator[ArmEvent, None, None]:
         """Carry out steps, and whatever else it takes until everything stands that can."""
         agenda = list(steps)
         while True:
+            if self.ends_here is not None and self.ends_here(self.work.remainder):
+                return
             if not agenda and not self.work.is_unfinished():
                 self.eyes.look({})  # once more: anybody may have come by since the last picture
                 if not (yield from self._compare({}, "the arm was done")):

@@ -120,6 +120,8 @@ class Handling:
             name: of what is in the hand.
         """
         index, set_down = self.object, False
+        if self.arm.held is None:  # it was just being let go
+            index, name = None, ""
         try:
             self.driver.halt()
             if index is not None:

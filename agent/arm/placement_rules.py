@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -23,6 +23,17 @@ class PlacementRules:
 
     after: Mapping[int, frozenset[int]] = field(default_factory=dict)
     into: Mapping[int, frozenset[ObstacleKey]] = field(default_factory=dict)
+
+    def with_first(self, first: Collection[int], count: int) -> PlacementRules:
+        """Return the rules by which some of `count` objects are placed before all others."""
+        if not first:
+            return self
+        before = frozenset(first)
+        after = {
+            index: self.after.get(index, frozenset()) | (frozenset() if index in before else before)
+            for index in range(count)
+        }
+        return replace(self, after=after)
 
 
 def moving(goal_from_initial: np.ndarray) -> list[int]:

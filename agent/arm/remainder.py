@@ -1,10 +1,10 @@
-"""Describe what is left to do of a build, for whoever lays it out anew."""
+"""Describe what is left to do of a build, for whoever lays it out anew or wants something else."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -42,3 +42,8 @@ class Replanner(Protocol):
         """Propose arrangements of the same goal, best first, for the objects of the first scene; those that are gone
         have the identity as motion, those that stay their present one.
         """
+
+
+# Asked where the hand is empty and the arm is folded, with a function that describes what is left: whether the build ends
+# there. It may wait.
+EndsHere: TypeAlias = Callable[[Callable[[], Remainder]], bool]

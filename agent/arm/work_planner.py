@@ -172,18 +172,23 @@ class WorkPlanner(WorkLeft):
             except StopIteration as end:
                 return [] if end.value is None else end.value[1]
 
-    def _lay_out_anew(self) -> Generator[ArmEvent, None, list[Step] | None]:
-        """Ask for other arrangements, and return the steps of the first that can be built, or `None`."""
-        eyes, replanner, count = self._eyes, self._replanner, self._eyes.count
-        assert replanner is not None
-        not_done = self._not_done()
+    def remainder(self) -> Remainder:
+        """Return what is left of the build, as far as the camera knows."""
+        eyes, count, not_done = self._eyes, self._eyes.count, self._not_done()
         left = tuple(i for i in range(count) if i not in eyes.gone | self._left_out)
         standing = frozenset(i for i in left if i not in not_done and (i in self.watch or i not in self._moves))
-        now = np.array(eyes.motions[:count])
         seen = eyes.scene_now()
         in_the_way = (seen.objects[i] for i in range(count) if i not in left and i not in eyes.gone)
         others = (*seen.distractors, *in_the_way)
-        remainder = Remainder(eyes.scene, others, left, now, np.asarray(self.goal_from_initial), standing)
+        now = np.array(eyes.motions[:count])
+        return Remainder(eyes.scene, others, left, now, np.asarray(self.goal_from_initial), standing)
+
+    def _lay_out_anew(self) -> Generator[ArmEvent, None, list[Step] | None]:
+        """Ask for other arrangements, and return the steps of the first that can be built, or `None`."""
+        replanner, count = self._replanner, self._eyes.count
+        assert replanner is not None
+        remainder = self.remainder()
+        left, standing, now = remainder.left, remainder.standing, remainder.now_from_initial
         proposed = list(replanner.lay_out(remainder))
         offset = len(self._arrangements)
         self._arrangements += proposed

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 
 from agent.chat.commands import PARSERS, help_lines, one_of, whole_number
 from agent.chat.conversation import Conversation
+from agent.chat.explanations import timeline_row
 from agent.chat.file_access import FileAccess
 from agent.chat.greeting import invitation
+from agent.chat.interjections import Silence, Source
+from agent.chat.steering import Steering
 from agent.chat.view import SHOWN, ChatScreen
 from agent.errors import UsageError
 from agent.runtime.settings import MOST_SEED
@@ -33,6 +36,10 @@ class CommandRunner:
         on_proposal: called after a command has produced a proposal.
         on_step: called after every physics step while the arm is at work.
         access: which files the commands may name.
+        said: returns who says something while a proposal is built.
+
+    Attributes:
+        later: what was said then and has to be read now that nothing is built.
     """
 
     def __init__(
@@ -43,7 +50,10 @@ class CommandRunner:
         on_proposal: Callable[[], None],
         on_step: Callable[[TableScene], None] | None = None,
         access: FileAccess = FileAccess(),
+        said: Callable[[], Source] = Silence,
     ) -> None:
+        self.later: list[str] = []
+        self._said = said
         self._conversation, self._screen = conversation, screen
         self._session, self._on_proposal, self._on_step = session, on_proposal, on_step
         self._access = access
@@ -57,7 +67,10 @@ class CommandRunner:
     def build(self) -> None:
         """Build the proposed arrangement and show the table afterwards."""
         self._screen.busy("looking for a plan")
-        self._conversation.go(self._on_step)
+        talk = self._conversation
+        steering = Steering(talk, self._said()) if talk.options.execute and talk.situation.proposal is not None else None
+        talk.go(self._on_step, steering=steering)
+        self.later += [] if steering is None else steering.rest()
         if self._conversation.options.execute:  # without the arm the table is unchanged, and the trial was shown
             self._screen.scene(self._conversation.look().to_dict())
 
@@ -93,6 +106,8 @@ class CommandRunner:
                 self.build()
             case "/continue":
                 self._continue()
+            case "/wait":
+                raise UsageError("nothing is being built, so nothing has to wait")
             case "/stop":
                 talk.stop()
             case "/clear":
@@ -103,12 +118,19 @@ class CommandRunner:
                     self._say_which()
                     self._on_proposal()
             case "/undo" | "/redo" | "/back" | "/reset":
-                {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
+                if rest:
+                    talk.back_to(whole_number(name, rest, 0))
+                else:
+                    {"/undo": talk.undo, "/redo": talk.redo, "/back": talk.put_back, "/reset": talk.reset}[name]()
                 screen.scene(talk.look().to_dict())
                 proposal = talk.situation.proposal
                 if proposal is not None:  # shown again, not sent: nothing new was proposed
                     screen.on_event(proposal.proposed)
                     screen.on_event(proposal.chosen)
+            case "/timeline":
+                screen.listing([timeline_row(turn, left, turn.number == talk.turn) for turn, left in talk.timeline()])
+            case "/fork":
+                talk.fork()
             case "/parser" | "/viewpoint" | "/seed":
                 self._set_option(name, rest)
             case "/save":

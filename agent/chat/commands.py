@@ -44,10 +44,13 @@ COMMANDS = (
     Command("/plan", "", "show the arm's plan, its order and grasps, without moving anything"),
     Command("/go", "", "build the proposed arrangement"),
     Command("/again", "", "propose another arrangement, which differs visibly from those shown"),
-    Command("/continue", "", "build the proposal, or propose again what was interrupted"),
-    Command("/stop", "", "drop the proposal or the question; Ctrl-C stops the arm"),
+    Command("/continue", "", "build the proposal, propose again what was interrupted, or go on after /wait"),
+    Command("/stop", "", "drop the proposal or the question; while the arm builds, stop it"),
+    Command("/wait", "", "while the arm builds: let it wait with an empty hand, until /continue"),
     Command("/clear", "", "drop the goal; the table stays"),
-    Command("/back", "", "put every object back where it stood before the last build"),
+    Command("/back", "[TURN]", "put every object back where it stood before the last build; or return to a turn"),
+    Command("/timeline", "", "list the turns so far and their branches"),
+    Command("/fork", "", "let the next turn begin a branch; the turns so far stay reachable by /back"),
     Command("/reset", "", "restore the table of the start and drop the goal"),
     Command("/undo", "", "restore the goal and the table as they were one turn ago"),
     Command("/redo", "", "revert an undo"),
@@ -72,6 +75,9 @@ _REQUEST = re.compile(
 _BACK_WHERE_IT_WAS = re.compile(r"(?:put|move|bring) (?P<these>the [\w' ]+?) back(?P<where> .+)")
 
 
+_BACK_TO_TURN = re.compile(r"(?:(?:go|return|take me) )?back to (?:turn|step) (?P<number>\d+)")
+
+
 def _spoken(line: str) -> str | None:
     """Return the command that a line expresses in words; `None` if the line says anything else as well.
 
@@ -79,6 +85,8 @@ def _spoken(line: str) -> str | None:
         UsageError: if only some of the objects should be put back.
     """
     said = " ".join(bare(line).replace(",", " ").split()) or line.strip()
+    if turn := _BACK_TO_TURN.fullmatch(said):
+        return f"/back {turn['number']}"
     for shorter in (said, _REQUEST.sub("", said)):
         for wording in (shorter, _WHERE_IT_WAS.sub("", shorter)):
             name = spoken_command(wording)

@@ -24,9 +24,12 @@ from grounding.dialogue.acts import Act, acts_of, is_question
 from grounding.dialogue.answers import chosen_options
 from grounding.dialogue.state import Dialogue, Outcome
 from grounding.goals.description import describe_part
+from grounding.goals.goal import Goal
 from grounding.goals.parts import Part
 from grounding.interpreter import Interpreter
 from grounding.resolve.attributes import SceneObject
+from grounding.resolve.goal import resolve_phrase
+from grounding.resolve.referents import Referents
 from grounding.spec import StructureSpec
 
 _WITH_NAMES = ("situation", "_history", "_start", "_shown", "_unmet")  # what holds names of objects
@@ -41,8 +44,17 @@ class Conversation(BuildSession):
         """Process a sentence up to a proposal or a question. Return whether there is a new proposal."""
         self._turn.begin()
         self.send(events.Started(text, json_value(asdict(self.options))))
+        return self._take(lambda: self.read(text))
+
+    def read(self, text: str) -> tuple[Dialogue, Outcome]:
+        """Read a sentence with the goal so far in view; nothing is changed."""
         now = self.situation
-        return self._take(lambda: turns.say(now.dialogue, text, self._interpreter, self._objects(), now.stands))
+        return turns.say(now.dialogue, text, self._interpreter, self._objects(), now.stands)
+
+    def read_answer(self, option: int) -> tuple[Dialogue, Outcome]:
+        """Read the number of an option of the open question, from 0; nothing is changed."""
+        now = self.situation
+        return turns.answer(now.dialogue, option, self.table.original_names, now.viewpoint)
 
     def answer(self, option: int) -> bool:
         """Answer the question by the number of an option, from 0. Return as `say` does.
@@ -52,10 +64,10 @@ class Conversation(BuildSession):
         """
         if self.question is None:
             raise UsageError("there is no question to answer")
-        now, count = self.situation, len(self.question.options)
+        count = len(self.question.options)
         if not 0 <= option < count:
             raise UsageError(f"there is no option {option + 1}; legal: 1 to {count}")
-        return self._take(lambda: turns.answer(now.dialogue, option, self.table.original_names, now.viewpoint))
+        return self._take(lambda: self.read_answer(option))
 
     def option_of(self, line: str) -> int | None:
         """Return the number of the option that a line chooses, from 0; `None` where it chooses none."""
@@ -64,6 +76,18 @@ class Conversation(BuildSession):
             return None
         options = chosen_options(line, said.question, said.choices, self._objects(), self._cache.encoder)
         return options[0] if len(options) == 1 else None
+
+    def objects_meant(self, phrase: str) -> tuple[int, ...]:
+        """Return the indices of the objects that a noun phrase means, or the name of a structure of the goal.
+
+        Raises:
+            ResolveError: if it means none, or it is not clear which.
+        """
+        words = set(phrase.lower().split())
+        for part in self.situation.goal.structures:
+            if part.shape in words and part.objects is not None:
+                return part.objects  # type: ignore[return-value]
+        return resolve_phrase(phrase, Referents(self._objects(), self._cache.encoder)).indices
 
     @property
     def _interpreter(self) -> Interpreter:
@@ -80,7 +104,7 @@ class Conversation(BuildSession):
             if outcome.status == "ok":
                 self._want(dialogue, outcome, began)
                 return self.situation.proposal is not None
-            self._say(dialogue)
+            self.take_up(dialogue)
             question = outcome.question
             if outcome.status == "ask" and question is not None:
                 self.send(events.Asked(question.slot, question.text, question.options))
@@ -96,17 +120,20 @@ class Conversation(BuildSession):
         if not outcome.goal.parts:  # the first goal was taken back
             self._remember(replace(self.situation, dialogue=dialogue, proposal=None, shown=None, missing={}))
             raise NotBuildable("nothing is wanted any more; say what to build")
-        viewpoint = self.options.reading.viewpoint
-        situation = replace(
-            self.situation, dialogue=dialogue, names=self.table.original_names, poses=self.table.poses(), proposal=None,
-            viewpoint=viewpoint, missing={},
-        )  # fmt: skip
-        self.send(self._parsed(situation, outcome, time.perf_counter() - began))
+        situation = self._wanting(dialogue)
+        self.send(self.parsed(situation, outcome, time.perf_counter() - began))
         self._propose(situation)
 
-    def _parsed(self, situation: Situation, outcome: Outcome, seconds: float) -> events.Parsed:
-        """Return the event of what was understood: the slots of one structure, or a line for each part."""
-        reading, before = outcome.reading, self.situation.goal
+    def parsed(self, situation: Situation, outcome: Outcome, seconds: float, before: Goal | None = None) -> events.Parsed:
+        """Return the event of what was understood: the slots of one structure, or a line for each part.
+
+        Args:
+            situation: what is wanted now.
+            outcome: of the sentence.
+            seconds: of reading it.
+            before: what was wanted before; by default the present goal.
+        """
+        reading, before = outcome.reading, self.situation.goal if before is None else before
         parse = reading.parse if reading is not None else None
         goal, spec = situation.goal, situation.goal.plain_spec
         lines = () if spec is not None else _marked(situation, outcome, before.parts)
@@ -186,20 +213,28 @@ class Conversation(BuildSession):
         """
         if self.named(line):
             return True
+        acts = self.acts_in(line)
+        if acts is not None:
+            self.reply(line, acts)
+        return acts is not None
+
+    def acts_in(self, line: str) -> Sequence[Act] | None:
+        """Return what a line does that asks for nothing to be built: none for a question of another kind; `None` for a
+        line that may ask for something.
+        """
         acts = acts_of(line)
-        if not acts and not (is_question(line) and self.asks_for_nothing(line)):
-            return False
-        self.reply(line, acts)
-        return True
+        return acts if acts or (is_question(line) and self.asks_for_nothing(line)) else None
 
     def asks_for_nothing(self, text: str) -> bool:
         """Return whether a line asks for nothing that can be built, so that it may be a question about the scene."""
         return self._interpreter.interpret(text, self._objects()).nothing
 
     def _known(self) -> Knowledge:
+        at_work = self._steering is not None
+        seen = perceived_event(self.table.remembered(), 0.0, self.table) if at_work else self.look()
         return Knowledge(
-            self.look(), self.situation, self.question, self.example, self.table.held, self.table.fallen,
-            self._cache.encoder, tuple(self.table.out_of_reach),
+            seen, self.situation, self.question, self.example, self.table.held, self.table.fallen,
+            self._cache.encoder, tuple(self.table.out_of_reach), self._steering.progress if self._steering is not None else "",
         )  # fmt: skip
 
 

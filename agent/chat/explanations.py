@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from agent.chat.history import TimelineTurn
 from agent.chat.knowledge import DECIDE, Knowledge, next_step
 from agent.chat.state import Build, Situation, objects_of
 from agent.chat.table_facts import join_words, place_in_words, with_article
@@ -54,7 +55,9 @@ def explain_choice(act: Act, known: Knowledge) -> str:
 
 
 def describe_plan(act: Act, known: Knowledge) -> str:
-    """Describe what would be built and where each object asked about, by default every one, would go."""
+    """Describe what would be built and where each object asked about, by default every one, would go; or what is built."""
+    if known.progress:
+        return known.progress
     situation = known.situation
     if known.question is not None or situation.proposal is None or not situation.asked:
         return next_step(known) if known.question is not None else f"Nothing is planned. {next_step(known)}"
@@ -71,6 +74,8 @@ def describe_plan(act: Act, known: Knowledge) -> str:
 
 def describe_last_build(act: Act, known: Knowledge) -> str:
     """Describe the last build."""
+    if known.progress:
+        return known.progress
     builds = known.situation.builds
     if not builds:
         return f"Nothing that I built stands on the table. {next_step(known)}"
@@ -85,6 +90,8 @@ def describe_builds(act: Act, known: Knowledge) -> str:
 
 def describe_remaining(act: Act, known: Knowledge) -> str:
     """Describe what was asked for and is not built yet."""
+    if known.progress:
+        return known.progress
     situation = known.situation
     if not situation.asked:
         return f"Nothing is left to do: you have asked for nothing so far. {next_step(known)}"
@@ -130,3 +137,17 @@ def requested(act: Act, known: Knowledge) -> str:
     if known.question is not None or situation.proposal is not None:
         return f"{said} {next_step(known)}"
     return f"{said} {describe_build(situation.builds[-1])}" if situation.builds else said
+
+
+def timeline_row(turn: TimelineTurn, left: Situation, is_present: bool) -> tuple[str, str, str, str]:
+    """Describe a turn: its number, what was said, what became of it, and where it belongs.
+
+    Args:
+        turn: the turn.
+        left: the situation in which it was left.
+        is_present: whether it is the present turn.
+    """
+    states = ("built" if left.built else "proposed" if left.proposal is not None else "not built",) if left.asked else ()
+    state = ", ".join((*states, *(("a question is open",) if left.dialogue.question is not None else ())))
+    after = "" if turn.after is None else f"after {turn.after}, branch {turn.branch}"
+    return f"{'>' if is_present else ' '} {turn.number}", turn.line or "the start", state, after

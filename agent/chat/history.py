@@ -1,4 +1,6 @@
-"""Keep the situations to which "undo" and "redo" return; the camera's pictures in them are kept compressed."""
+"""Keep the turns of a conversation as a tree: whoever goes back and says something else begins a branch, and every turn
+stays reachable. The camera's pictures in them are kept compressed.
+"""
 
 from __future__ import annotations
 
@@ -22,41 +24,99 @@ class _Kept:
     pictures: tuple[bytes | None, bytes | None]
 
 
+@dataclass(frozen=True)
+class TimelineTurn:
+    """A turn of the timeline.
+
+    Attributes:
+        number: 0 for the start.
+        after: the number of the turn that it follows; `None` for the start.
+        branch: from 1; a turn that is not the first to follow another one begins a branch.
+        line: what was said.
+    """
+
+    number: int = 0
+    after: int | None = None
+    branch: int = 1
+    line: str = ""
+
+
 @dataclass
 class History:
-    """The situations before the present one, and those that were undone, the latest last."""
+    """The turns so far, each with the situation in which it was left; one of them is the present one.
 
-    _past: list[_Kept] = field(default_factory=list)
-    _future: list[_Kept] = field(default_factory=list)
+    Attributes:
+        turns: by number.
+        present: the number of the present turn.
+    """
+
+    turns: list[TimelineTurn] = field(default_factory=lambda: [TimelineTurn()])
+    present: int = 0
+    _left: dict[int, _Kept] = field(default_factory=dict)
+    _undone: list[int] = field(default_factory=list)
+    _forks: bool = False
 
     @property
     def last_poses(self) -> dict[str, np.ndarray] | None:
         """Return the poses (4, 4) by name to which an undo returns; `None` if there is no earlier turn."""
-        return dict(self._past[-1].situation.poses) if self._past else None
+        before = self.turns[self.present].after
+        return None if before is None else dict(self._left[before].situation.poses)
 
-    def remember(self, situation: Situation) -> None:
-        """Keep the situation that a new turn ends; what was undone cannot be done again then."""
-        self._past.append(_kept(situation))
-        self._future.clear()
+    def remember(self, situation: Situation, line: str = "") -> TimelineTurn:
+        """Begin a turn, and keep the situation that ends the one before; what was undone cannot be done again then."""
+        before = self.turns[self.present]
+        follows = any(turn.after == before.number for turn in self.turns)
+        branch = max(turn.branch for turn in self.turns) + 1 if follows or self._forks else before.branch
+        turn = TimelineTurn(len(self.turns), before.number, branch, line)
+        self.turns.append(turn)
+        self._left[before.number] = _kept(situation)
+        self.present, self._forks = turn.number, False
+        self._undone.clear()
+        return turn
 
     def forget_undone(self) -> None:
-        """Drop what was undone."""
-        self._future.clear()
+        """Let what was undone be done again by its number alone."""
+        self._undone.clear()
 
     def undo(self, present: Situation) -> Situation | None:
         """Return the situation one turn ago; `None` if there is none."""
-        return _exchange(present, self._past, self._future)
+        number, before = self.present, self.turns[self.present].after
+        if before is None:
+            return None
+        undone = [*self._undone, number]
+        situation = self.go_to(before, present)
+        self._undone = undone
+        return situation
 
     def redo(self, present: Situation) -> Situation | None:
         """Return the situation that the last undo left; `None` if there is none."""
-        return _exchange(present, self._future, self._past)
+        if not self._undone:
+            return None
+        *undone, number = self._undone
+        situation = self.go_to(number, present)
+        self._undone = undone
+        return situation
 
+    def go_to(self, number: int, present: Situation) -> Situation:
+        """Return the situation in which a turn was left, which is the present one from now on.
 
-def _exchange(present: Situation, source: list[_Kept], other: list[_Kept]) -> Situation | None:
-    if not source:
-        return None
-    other.append(_kept(present))
-    return _restored(source.pop())
+        Args:
+            number: of the turn.
+            present: the situation that is left now.
+        """
+        self._left[self.present] = _kept(present)
+        self.present, self._forks = number, False
+        self._undone.clear()
+        return _restored(self._left[number])
+
+    def fork(self) -> int:
+        """Let the next turn begin a branch; return the number of the branch."""
+        self._forks = True
+        return max(turn.branch for turn in self.turns) + 1
+
+    def situation_of(self, number: int, present: Situation) -> Situation:
+        """Return the situation in which a turn was left, without pictures; `present` is that of the present turn."""
+        return present if number == self.present else self._left[number].situation
 
 
 def _kept(situation: Situation) -> _Kept:

@@ -4,10 +4,12 @@ input.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
 
+from agent.chat.interjections import Interjection, Script, Source, Typed
 from agent.runtime.output_paths import state_folder
 from agent.runtime.stdio import LONGEST_LINE
 
@@ -35,6 +37,9 @@ class Lines(Protocol):
             KeyboardInterrupt: on Ctrl-C.
         """
 
+    def while_building(self) -> Source:
+        """Return who says something while the arm builds, from now until the next line is asked for."""
+
 
 class PlainLines:
     """The lines of a file or of a terminal without cursor control.
@@ -48,21 +53,40 @@ class PlainLines:
 
     def __init__(self, file: TextIO, show: Callable[[str], None], typed: bool = False) -> None:
         self._file, self._show, self.typed = file, show, typed
+        self._ahead: list[str] = []  # lines that were read before they were asked for
+        self._script = Script([])
 
     def ask(self, prompt: str) -> str | None:
         """Return the next line, as `Lines.ask` does."""
         if self.typed:
             self._show(prompt)
+        self._ahead = self._script.rest() + self._ahead
+        line = self._ahead.pop(0) if self._ahead else self._read()
+        if line is not None and not self.typed:
+            self._show(f"{prompt}{line}\n")
+        return line
+
+    def while_building(self) -> Source:
+        """Return who types while the arm builds, or the lines that follow with a number of placements: "@2 ..."."""
+        if self.typed:
+            return Typed(self._file)
+        script = list[Interjection]()
+        while (line := self._ahead.pop(0) if self._ahead else self._read()) is not None:
+            if (one := Interjection.parse(line)) is None:
+                self._ahead.insert(0, line)
+                break
+            script.append(one)
+        self._script = Script(script, lambda line: self._show(f"> {line}\n"))
+        return self._script
+
+    def _read(self) -> str | None:
         line = self._file.readline(LONGEST_LINE)
         if not line:
             return None
         rest = line
         while len(rest) == LONGEST_LINE and not rest.endswith("\n"):  # of a longer line the beginning is kept
             rest = self._file.readline(LONGEST_LINE)
-        line = "".join(char if char.isprintable() else " " for char in line.rstrip("\r\n"))
-        if not self.typed:
-            self._show(f"{prompt}{line}\n")
-        return line
+        return "".join(char if char.isprintable() else " " for char in line.rstrip("\r\n"))
 
 
 class PromptedLines:
@@ -111,6 +135,10 @@ class PromptedLines:
             return self._session.prompt(prompt)
         except EOFError:
             return None
+
+    def while_building(self) -> Source:
+        """Return who types while the arm builds; between two prompts the terminal gives whole lines."""
+        return Typed(sys.stdin)
 
 
 def completions(text: str, commands: dict[str, Sequence[str]], words: Sequence[str]) -> Iterator[Completion]:

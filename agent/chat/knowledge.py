@@ -44,6 +44,7 @@ class Knowledge:
         fallen: the names of the objects that fell off the table.
         encoder: sentence encoder for unknown nouns.
         out_of_reach: the names of the objects that the arm cannot reach.
+        progress: what the arm is doing, in sentences; empty while it is at rest.
     """
 
     seen: events.Perceived
@@ -54,6 +55,7 @@ class Knowledge:
     fallen: tuple[str, ...] = ()
     encoder: SentenceEncoder | None = None
     out_of_reach: tuple[str, ...] = ()
+    progress: str = ""
 
     @cached_property
     def facts(self) -> list[Fact]:
@@ -112,6 +114,8 @@ def next_step(known: Knowledge) -> str:
     """Return a sentence about what the speaker can say next."""
     if known.question is not None:
         return f"I still need an answer: {known.question.text}"
+    if known.progress:
+        return "Say what should be different, “wait”, or “stop”."
     if known.situation.proposal is not None:
         return f"A proposal stands: {DECIDE}."
     return invitation(known.example())

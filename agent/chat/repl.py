@@ -14,6 +14,7 @@ from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
 from agent.chat.file_access import FileAccess
 from agent.chat.input import Lines
+from agent.chat.interjections import Interjection
 from agent.chat.view import ChatScreen
 from agent.errors import DEFECT, DONE, NotWritten, UsageError, defect_sentence, exit_code_of, one_sentence
 from grounding.dialogue.answers import DECLINED, NO, YES, bare_words, is_yes_no
@@ -58,7 +59,9 @@ class Chat:
         self._stopped = stopped
         self._conversation, self._screen, self._lines = conversation, screen, lines
         self._session, self._yes = session, yes
-        self._commands = CommandRunner(conversation, screen, session, self._proposed, on_step, access)
+        self._commands = CommandRunner(
+            conversation, screen, session, self._proposed, on_step, access, lambda: lines.while_building()
+        )
         self._interrupts = 0  # in a row
         self.defects = self.unwritten = 0
 
@@ -82,7 +85,7 @@ class Chat:
             try:
                 self._stopped()
                 self._screen.space()
-                line = self._lines.ask(self._prompt())
+                line = self._later() or self._lines.ask(self._prompt())
             except KeyboardInterrupt:
                 self._count_interrupt()
                 self._stop_asking()
@@ -102,6 +105,14 @@ class Chat:
                 self.unwritten += isinstance(error, NotWritten | OSError)
             finally:
                 self._screen.idle()
+
+    def _later(self) -> str | None:
+        """Return the next line that was said while the arm was building and has to be read now, and show it."""
+        if not self._commands.later:
+            return None
+        line = self._commands.later.pop(0)
+        self._screen.said(line)
+        return line
 
     def _count_interrupt(self) -> None:
         """Count an interruption, and raise it again if it is the third in a row."""
@@ -144,6 +155,8 @@ class Chat:
         """Carry out one line, whose words are separated by single spaces. Return whether the chat continues."""
         if not line:
             return True
+        if Interjection.parse(line) is not None:
+            raise UsageError("a line with @ is said while the arm builds, and nothing is being built")
         found = command_of(line)
         if found is not None:
             command, rest = found

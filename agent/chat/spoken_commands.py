@@ -58,6 +58,10 @@ WORDINGS: Mapping[str, str] = {
         (do not|don't) (move|do (it|that|this|anything)|build( (it|that|this))?|go on)( any ?more| now)?
         hold (on|it)|leave it( (be|alone|at that))?|leave it as it is
     """,
+    "/wait": r"""
+        wait( (here|there|now|up|for me|for it|(for )?(a|one) (bit|moment|minute|second|sec)))*
+        pause( (it|that|here|there|now))*|one (moment|minute|second|sec)|hang on( a (bit|moment|minute|second|sec))?
+    """,
     "/clear": rf"""
         clear( ({_THAT}|(the|my|your) (goal|goals|request|instruction|plan|task|list)|all( the)? (goals|parts)))?
         (forget|scrap|discard|dismiss|cancel|abandon)( about)? (it|everything|all|all of (it|that)\

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 from agent import events
 from agent.chat.greeting import Suggestion, suggestion
-from agent.chat.history import History
+from agent.chat.history import History, TimelineTurn
 from agent.chat.state import Situation
 from agent.errors import UsageError
 from agent.event_base import Event, Listener, send
@@ -44,7 +44,7 @@ class TableSession:
 
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
         self.options, self._cache, self.listeners = options, cache, listeners
-        self._history = History()
+        self._history, self._line = History(), ""
         self.source, self.table = self._set_out(options)
         self._start = self.situation = self._fresh()
 
@@ -78,13 +78,43 @@ class TableSession:
 
     def send(self, event: Event) -> None:
         """Send an event to every listener."""
+        if isinstance(event, events.Started | events.Commanded):
+            self._line = event.instruction if isinstance(event, events.Started) else event.line
         send(event, self.listeners)
 
     # --- history ------------------------------------------------------------------------
 
     def _remember(self, situation: Situation) -> None:
-        self._history.remember(self.situation)
+        turn = self._history.remember(self.situation, self._line)
         self.situation = situation
+        self.send(events.Remembered(turn.number, turn.after or 0, turn.branch))
+
+    def timeline(self) -> list[tuple[TimelineTurn, Situation]]:
+        """Return all turns of this table, each with the situation in which it was left."""
+        history = self._history
+        return [(turn, history.situation_of(turn.number, self.situation)) for turn in history.turns]
+
+    @property
+    def turn(self) -> int:
+        """Return the number of the present turn in the timeline."""
+        return self._history.present
+
+    def back_to(self, number: int) -> None:
+        """Return to the state in which a turn was left: the goal, the objects, the proposal and an open question.
+
+        Raises:
+            UsageError: if there is no such turn.
+        """
+        last = len(self._history.turns) - 1
+        if not 0 <= number <= last:
+            raise UsageError(f"there is no turn {number}; legal: 0, the start, to {last}")
+        if number == self._history.present:
+            raise UsageError(f"turn {number} is the present one")
+        self._go_to(f"turn {number}", self._history.go_to(number, self.situation), keep_question=True)
+
+    def fork(self) -> None:
+        """Let the next turn begin a branch of its own, also where it is the first to follow."""
+        self.send(events.Forked(self._history.present, self._history.fork()))
 
     def undo(self) -> None:
         """Restore the goal and the objects as they were one turn ago.
@@ -171,14 +201,15 @@ class TableSession:
         self.drop()
         self.send(events.Noted(said))
 
-    def _go_to(self, how: str, situation: Situation | None) -> None:
+    def _go_to(self, how: str, situation: Situation | None, keep_question: bool = False) -> None:
         if situation is None:
             raise UsageError(f"there is nothing to {how}")
         self.situation = replace(situation, viewpoint=self.options.reading.viewpoint)
-        self._close_question()
+        if not keep_question:
+            self._close_question()
         moved = self.table.put_back(self.situation.poses)
         self.table.involve(self.situation.objects)
-        self.send(_restored(how, self.situation, moved))
+        self.send(replace(_restored(how, self.situation, moved), turn=self._history.present))
 
     def drop(self) -> None:
         """Forget the question, or else the proposal; the goal stays, so that it can be corrected."""

@@ -10,6 +10,8 @@ from agent import events
 from agent.errors import INTERRUPTED, exit_code_of, one_sentence
 from agent.event_base import Event
 
+STOPPED = "interrupted"  # the trouble of a part that was stopped
+
 
 class Turn:
     """A timer for the parts of a turn, which reports their failures.
@@ -46,7 +48,7 @@ class Turn:
             if code is None:
                 raise
             self.seconds += time.perf_counter() - began
-            self.trouble = "interrupted" if code == INTERRUPTED else one_sentence(error)
+            self.trouble = STOPPED if code == INTERRUPTED else one_sentence(error)
             self._send(events.Failed(self.step, self.trouble, code))
             self._send(events.Finished(False, code, self.seconds))
         else:

@@ -25,6 +25,7 @@ from agent.reporting.event_text import (
     describe_row,
     parse_notes,
     part_lines,
+    remark_sentence,
     trial_note,
     verdict_sentence,
     verdict_title,
@@ -77,6 +78,7 @@ class Surroundings:
         live: shows work in progress.
         stopping: says in a few words how the user stops the arm; empty if the display of work shows it.
         keys: says what the keys do, in a sentence; empty without keys of its own.
+        typed: whether lines are typed into the text while the arm works, where a spinner would overwrite them.
     """
 
     text: Printer
@@ -84,12 +86,14 @@ class Surroundings:
     live: BusyDisplay
     stopping: str = ""
     keys: str = ""
+    typed: bool = False
 
 
 def terminal_surroundings(console: Console) -> Surroundings:
     """Return the maps, the spinner and the keys of a terminal."""
     keys = "Ctrl-C stops the current work; Alt-Enter starts a new line; Ctrl-D ends the chat"
-    return Surroundings(TextPrinter(console), Maps(console), LiveDisplay(console), "Ctrl-C stops it", keys)
+    stopping = "type what should be different; Ctrl-C stops it"
+    return Surroundings(TextPrinter(console), Maps(console), LiveDisplay(console), stopping, keys, typed=True)
 
 
 class ChatScreen:
@@ -113,7 +117,7 @@ class ChatScreen:
         self._echo = echo
         self.maps, self.keys = around.maps, around.keys
         self._live, self._text = around.live, around.text
-        self._at_work = "; ".join(filter(None, (_AT_WORK, around.stopping)))
+        self._at_work, self._typed = "; ".join(filter(None, (_AT_WORK, around.stopping))), around.typed
         self._scene: Mapping[str, Any] | None = None
         self._candidates: Mapping[str, Any] | None = None
         self._moved: Mapping[str, Any] = {}  # the scene whose objects the candidates move
@@ -248,6 +252,18 @@ class ChatScreen:
     def _commanded(self, payload: Mapping[str, Any]) -> None:
         self._say_line(payload["line"])
 
+    def _interjected(self, payload: Mapping[str, Any]) -> None:
+        if payload["outcome"] != "answered":  # the answer follows, with the line
+            self._say_line(payload["line"])
+        if payload["message"]:
+            self._text.line(f"  {payload['message']}", "red" if payload["outcome"] == "refused" else "bold")
+
+    def _remembered(self, payload: Mapping[str, Any]) -> None:
+        """Ignore the number of a turn, which /timeline shows."""
+
+    def _forked(self, payload: Mapping[str, Any]) -> None:
+        self.note(f"{remark_sentence(payload)}; /back {payload['turn']} returns here")
+
     def _noted(self, payload: Mapping[str, Any]) -> None:
         self.note(payload["message"])
 
@@ -274,7 +290,7 @@ class ChatScreen:
             self.note(f"done in {duration(payload['seconds'])}")
 
     def _pictured(self, payload: Mapping[str, Any]) -> None:
-        if payload["name"].startswith("placement-"):
+        if payload["name"].startswith("placement-") and not self._typed:
             self.busy(self._at_work)
 
     def _filmed(self, payload: Mapping[str, Any]) -> None:
@@ -289,7 +305,10 @@ class ChatScreen:
     def _arm_event(self, payload: Mapping[str, Any]) -> None:
         names = [one["name"] for one in self._scene["objects"]] if self._scene else []
         self._text.line(f"  {arm_sentence(payload, names)}")
-        self.busy(self._at_work)
+        if not self._typed:
+            self.busy(self._at_work)
+        elif payload["kind"] == "planned" and self._live.possible:
+            self.note(f"  {self._at_work}")
 
     def _say_line(self, line: str) -> None:
         if self._echo:
@@ -369,7 +388,8 @@ class ChatScreen:
 
 
 _SHOW: Mapping[str, Callable[[ChatScreen, Mapping[str, Any]], None]] = {
-    "started": ChatScreen._started, "commanded": ChatScreen._commanded, "parsed": ChatScreen._parsed,
+    "started": ChatScreen._started, "commanded": ChatScreen._commanded, "interjected": ChatScreen._interjected,
+    "remembered": ChatScreen._remembered, "forked": ChatScreen._forked, "parsed": ChatScreen._parsed,
     "asked": ChatScreen._asked, "noted": ChatScreen._noted, "answered": ChatScreen._answered,
     "restored": ChatScreen._restored, "perceived": ChatScreen._perceived, "proposed": ChatScreen._proposed,
     "chosen": ChatScreen._chosen, "checked": ChatScreen._checked, "failed": ChatScreen._failed,

@@ -10,6 +10,7 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from agent.chat.commands import command_of
+from agent.chat.interjections import Moment, Source
 from agent.errors import UsageError
 from agent.runtime.terminal_text import visible
 
@@ -17,8 +18,10 @@ if TYPE_CHECKING:
     from agent.chat.conversation import Conversation
     from agent.live_view.server import Actions, ViewServer
     from agent.scenes.table_scene import TableScene
+    from grounding.parse_result import Question
 
 LONGEST = 2000  # characters of a line
+MOST_WAITING = 16  # lines that were typed while the arm builds and are not read yet
 _LATE = 0.5  # s that the interruption by a page may take to arrive
 _WITH_FILES = ("/save", "/load", "/report")
 
@@ -41,11 +44,12 @@ class DriverLines:
         self._files = files
         self._lock = threading.Lock()
         self._lines: SimpleQueue[str] = SimpleQueue()
-        self._asked_before = self._asking = self._stopping = False
+        self._asked_before = self._asking = self._stopping = self._listening = False
         self._stopped_at = 0.0
         self._server: ViewServer | None = None
         self._said: Callable[[str], None] = lambda line: None
         self._conversation: Conversation | None = None
+        self._asked_about: Question | None = None  # as the page knows it
         self._suggested_for: TableScene | None = None
         self._suggested = ""
 
@@ -65,10 +69,32 @@ class DriverLines:
 
     # --- in the main thread ------------------------------------------------------------------
 
+    def while_building(self) -> Source:
+        """Return who types in the page while the arm builds."""
+        with self._lock:
+            self._listening = True
+        self._publish("")
+        return self
+
+    @property
+    def silent(self) -> bool:
+        """Return false: the driver may always type."""
+        return False
+
+    def next(self, moment: Moment) -> str | None:
+        """Return the next line that was typed while the arm builds; its page is told of a question that is open."""
+        if self._conversation is not None and self._conversation.question is not self._asked_about:
+            self._publish("")
+        if self._lines.empty():
+            return None
+        line = self._lines.get()
+        self._said(line)
+        return line
+
     def ask(self, prompt: str) -> str | None:
         """Return the next line of the driver; `None` when Ctrl-C in the terminal ends the chat."""
         with self._lock:
-            self._asked_before, self._asking, self._stopping = True, True, False
+            self._asked_before, self._asking, self._stopping, self._listening = True, True, False, False
         try:
             self._publish(prompt)  # not sooner: the answer may come at once
             line = self._next()
@@ -97,7 +123,7 @@ class DriverLines:
         if talk.question is not None:
             options = enumerate(talk.question.options, start=1)
             answers = [{"label": visible(option), "line": str(number)} for number, option in options]
-            return [*answers, {"label": "Drop the question", "line": "/stop"}]
+            return [*answers, {"label": "Drop the question", "line": "no" if self._listening else "/stop"}]
         if talk.situation.proposal is not None:  # the page may show another one than that which is chosen
             return [
                 {"label": f"Build arrangement {talk.situation.proposal.rank}", "line": "yes"},
@@ -121,8 +147,12 @@ class DriverLines:
             return
         talk = self._conversation
         proposed = talk is not None and talk.question is None and talk.situation.proposal is not None
-        choices = self._choices() if prompt else []
-        asking = {"prompt": prompt, "choices": choices, "choosing": bool(prompt) and proposed, "stopping": stopping}
+        self._asked_about = None if talk is None else talk.question
+        choices = self._choices() if prompt or (self._listening and self._asked_about is not None) else []
+        asking = {
+            "prompt": prompt, "choices": choices, "choosing": bool(prompt) and proposed, "stopping": stopping,
+            "listening": self._listening,
+        }  # fmt: skip
         self._server.publish("asking", asking)
 
     # --- in the server's thread --------------------------------------------------------------
@@ -137,8 +167,10 @@ class DriverLines:
         if refused := self._refused_command(line):
             return refused
         with self._lock:
-            if not self._asking:
+            if not (self._asking or self._listening):
                 return "the agent is at work; wait, or stop it"
+            if self._lines.qsize() >= MOST_WAITING:
+                return f"{MOST_WAITING} lines wait to be read; try again later"
             self._asking = False  # one line for each time that it asks
             self._lines.put(line)
         return ""

@@ -97,11 +97,7 @@ class LiveView:
         """Take a table before anything on it has moved; its clouds follow with an event or are known already."""
         self._table = table
         self._server.publish("arm", arm_message(table))
-        clouds = table.known_clouds()
-        names = [name for name in table.names if name in clouds]
-        taking, others = names[: table.count], names[table.count :]
-        scene = Scene(tuple(clouds[name] for name in taking), table.world.table, tuple(clouds[name] for name in others))
-        self._show_scene(scene)
+        self._show_scene(table.remembered())
         picture = table.picture() if table.labelled is None else table.labelled
         self._server.publish("picture", picture_message(picture, "the table, through the camera"))
 

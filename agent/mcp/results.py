@@ -127,10 +127,27 @@ class BuildResult(Result):
     other_arrangement: bool = Field(
         description="whether the arm built another arrangement of the same wish, because it found no way for this one"
     )
+    wish: str = Field(description="what was built: what the plan is for, or what say has made of it")
+    said: list[str] = Field(description="what was said while the arm was building")
+    unread: list[str] = Field(description="of that, what could not be read before the end; call propose with each")
     steps: list[str] = Field(description="what the arm did")
     checks: list[Check]
     seconds: float
     turn: int = Field(description="the number of the turn, for report")
+
+
+class SayResult(Result):
+    """What came of a sentence that was said while the arm builds."""
+
+    outcome: Literal["changed", "asked", "answered", "refused", "unchanged", "later", "waits", "goes on", "stops"] = Field(
+        description="'changed': something else is built from the next safe point on; 'later': call propose with it after "
+        "the build"
+    )
+    message: str = Field(description="what is told at once; tell it to the person")
+    wish: str | None = Field(description="what is wanted now; check it against what was asked for")
+    answer: str | None = Field(description="with 'answered': the reply to a question")
+    question: str | None = Field(description="a question that is open; the next call of say answers it")
+    options: list[str] = Field(description="the answers that the question offers")
 
 
 class StopResult(Result):

@@ -1,10 +1,12 @@
 """The one table that all clients share, and the conversation about it, which is that of a chat.
 
-Every method but `close` is a piece of work for the thread of `agent.mcp.worker`.
+Every method but `close` and those about what is said while the arm builds is a piece of work for the thread of
+`agent.mcp.worker`.
 """
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +16,10 @@ from agent.chat.commands import command_of
 from agent.chat.conversation import Conversation
 from agent.chat.explanations import describe_wish
 from agent.chat.preloading import Preloading
-from agent.errors import DONE, AgentError, NotBuildable, UsageError
+from agent.chat.steering import Steering
+from agent.errors import DONE, INTERRUPTED, AgentError, NotBuildable, UsageError
 from agent.event_base import Event, json_value, kind_of
+from agent.mcp.interjections import SaidByClients
 from agent.mcp.plans import Plan, PlanLedger
 from agent.mcp.quoting import quote_names, quoted
 from agent.mcp.results import (
@@ -26,6 +30,7 @@ from agent.mcp.results import (
     PreviewResult,
     ProposeResult,
     ReportResult,
+    SayResult,
     StopResult,
     UndoResult,
 )
@@ -41,6 +46,7 @@ from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import SessionWriter
 from agent.reporting.turn_records import TurnRecords
 from agent.runtime.output_ownership import OwnFolder
+from grounding.dialogue.acts import acts_of
 from grounding.dialogue.answers import NO, YES, bare_words
 from grounding.goals.description import describe_part, describe_parts
 
@@ -68,6 +74,7 @@ class SharedTable:
     def __init__(self, options: RunOptions, folder: Path, cache: ResourceCache | None = None) -> None:
         self.plans, self.version = PlanLedger(), 0
         self._folder, self._job, self._heard = folder, Job(""), list[Event]()
+        self._said: SaidByClients | None = None  # while the arm builds
         self._cache = ResourceCache(OwnFolder(folder, "chat")) if cache is None else cache
         self._writer = SessionWriter(folder / SESSION, json_value(asdict(options)), owner="chat")
         try:
@@ -92,6 +99,8 @@ class SharedTable:
         """Keep what a result needs of an event, report a step of the arm, and stop the job if that was asked for."""
         if not isinstance(event, events.Previewed | events.Filmed | events.Pictured):
             self._heard.append(event)
+        if self._said is not None:
+            self._said.hear(event)
         if kind_of(event) in _ARM:
             self._job.on_step(self._arm_sentence(event))
         elif isinstance(event, events.Checked):
@@ -341,7 +350,13 @@ class SharedTable:
         plan = self.plans.take(plan_id)
         self.plans.drop_all(f"the table has changed: {plan_id} was built since")
         self.version += 1
-        built = talk.go(on_step=job.check_stop, on_check=job.check_stop)
+        self._said = said = SaidByClients()
+        steering = Steering(talk, said, job.check_stop)
+        try:
+            built = talk.go(on_step=job.check_stop, on_check=job.check_stop, steering=steering)
+        finally:
+            self._said = None
+            said.close()
         failed, checked, finished = self._last(events.Failed), self._last(events.Checked), self._last(events.Finished)
         shown = talk.situation.shown
         return BuildResult(
@@ -349,13 +364,55 @@ class SharedTable:
             success=built,
             message="everything stands as asked" if failed is None else self._quoted(failed.message),
             moved=list(talk.situation.builds[-1].moved),
-            stopped=job.stopped,
+            stopped=failed is not None and failed.exit_code == INTERRUPTED,
             other_arrangement=shown is not None and shown.rank != plan.rank,
+            wish=self._wish() or "",
+            said=[event.line for event in self._heard if isinstance(event, events.Interjected)],
+            unread=steering.rest(),
             steps=[self._arm_sentence(event) for event in self._heard if kind_of(event) in _ARM],
             checks=checked_of(checked),
             seconds=round(finished.seconds, 3) if finished else 0.0,
             turn=self._turns.count,
         )
+
+    async def say(self, text: str) -> SayResult:
+        """Say a line while the arm builds; return what came of it, once it is read.
+
+        Raises:
+            UsageError: if nothing is being built, or the text is empty.
+        """
+        line, said = self.spoken(text), self._said
+        assert said is not None  # `spoken` has looked
+        heard = await asyncio.wrap_future(said.say(line))
+        question = self._talk.question
+        told = [event for event in heard if isinstance(event, events.Interjected)]
+        answers = [event.answer for event in heard if isinstance(event, events.Answered)]
+        return SayResult(
+            outcome=told[0].outcome if told else "stops",
+            message=self._quoted("; ".join(event.message for event in told if event.message)),
+            wish=self._wish(),
+            answer=self._quoted("\n".join(answers)) if answers else None,
+            question=self._quoted(question.text) if question else None,
+            options=self._options(),
+        )
+
+    def spoken(self, text: str) -> str:
+        """Return a text as one line of what is said while the arm builds; an option comes without its quotes.
+
+        Raises:
+            UsageError: if nothing is being built, or the text is empty.
+        """
+        line, question = " ".join(text.split()), self._talk.question
+        if self._said is None:
+            raise UsageError("nothing is being built; call propose with what the person said")
+        if not line:
+            raise UsageError("the text is empty; pass on what the person said")
+        return line if question is None else dict(zip(self._options(), question.options, strict=True)).get(line, line)
+
+    def only_talks(self, line: str) -> bool:
+        """Return whether a line that is said while the arm builds changes nothing that moves: a question, wait, stop."""
+        found = command_of(line)
+        return (found is not None and found[0].name in ("/stop", "/wait", "/continue")) or bool(acts_of(line))
 
     def stop(self, job: Job) -> StopResult:
         """Drop the proposal or the question that is pending; their plans are void."""

@@ -25,6 +25,7 @@ from agent.mcp.results import (
     PreviewResult,
     ProposeResult,
     ReportResult,
+    SayResult,
     StopResult,
     UndoResult,
 )
@@ -135,6 +136,32 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
         job = Job(f"{plan_id} is being built", alone=True)
         return _answer(await worker.do(job, lambda job: table.build(job, plan_id), _progress(context)))
 
+    async def say_approval(text: str, context: Context) -> Elicit[Approval] | str:
+        line = table.spoken(text)
+        if table.only_talks(line):
+            return _ALLOWED
+        if approve_all:
+            return _allow_all()
+        _check_that_it_asks(context)
+        question = (
+            f"Let the robot arm take this while it builds: {quoted(line)}? It may then move other objects, or put them "
+            "elsewhere, than was approved. It goes on meanwhile."
+        )
+        return Elicit(question, Approval)
+
+    async def said(
+        text: Instruction, context: Context, approval: Annotated[ElicitationResult[Approval], Resolve(say_approval)]
+    ) -> Annotated[CallToolResult, SayResult]:
+        """Say something while the arm builds: a correction, a question, an answer, "wait", "go on" or "stop".
+
+        Pass on what the person said, unchanged. It is read at once; another goal takes effect before the next object is
+        taken, around what stands. A person is asked first if it may change what moves.
+        """
+        _check_approval(approval, "say", lambda: None, "nothing was changed")
+        if not table.only_talks(text):
+            current_call.get().write(audit.STARTED)
+        return _answer(await table.say(text))
+
     async def stopped(context: Context) -> Annotated[CallToolResult, StopResult]:
         """Stop the arm at once: it halts, sets down what it holds and folds. If it is at rest, drop the proposal."""
         job = await worker.stop()
@@ -182,6 +209,7 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
         ("propose_again", proposed_again, _TALKS),
         ("preview", previewed, _READS),
         ("build", built, _MOVES),
+        ("say", said, _MOVES),
         ("stop", stopped, _TALKS),
         ("undo", undone, _MOVES),
         ("report", reported, _TALKS),
@@ -278,11 +306,11 @@ def _check_that_it_asks(context: Context) -> None:
     current_call.get().decision = audit.ASKED
 
 
-def _check_approval(outcome: Any, what: str, on_refusal: Any) -> None:
+def _check_approval(outcome: Any, what: str, on_refusal: Any, nothing: str = "nothing was moved") -> None:
     """Check that a person has approved, or that nobody had to.
 
     Raises:
-        NotBuildable: if not; nothing moves then.
+        NotBuildable: if not; it begins with `nothing`.
     """
     call = current_call.get()
     if isinstance(outcome, AcceptedElicitation):
@@ -295,12 +323,12 @@ def _check_approval(outcome: Any, what: str, on_refusal: Any) -> None:
         if given is not False:
             shown = quoted(json.dumps(given))[1:-1] if not isinstance(given, str) else quoted(given)
             raise NotBuildable(
-                f"nothing was moved: the client's answer was neither a yes nor a no, because approve is {shown} and not "
+                f"{nothing}: the client's answer was neither a yes nor a no, because approve is {shown} and not "
                 f"the JSON value true or false; call {what} to ask again"
             )
     if isinstance(outcome, CancelledElicitation):
         call.decision = audit.DISMISSED
-        raise NotBuildable(f"nothing was moved: the question was closed without an answer; call {what} to ask again")
+        raise NotBuildable(f"{nothing}: the question was closed without an answer; call {what} to ask again")
     call.decision = audit.DECLINED
     on_refusal()
-    raise NotBuildable(f"nothing was moved: the person declined {what}; ask what should be different")
+    raise NotBuildable(f"{nothing}: the person declined {what}; ask what should be different")

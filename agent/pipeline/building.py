@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from agent.pipeline.table_goal import TableGoal
 
 if TYPE_CHECKING:
     from agent.arm.disturbances import Disturber
-    from agent.arm.remainder import Replanner
+    from agent.arm.remainder import EndsHere, Remainder, Replanner
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.table_scene import TableScene
     from grounding.spec import StructureSpec
@@ -41,6 +41,8 @@ def build_with_arm(
     log: TrajectoryLog | None = None,
     disturber: Disturber | None = None,
     replanner: Replanner | None = None,
+    ends_here: EndsHere | None = None,
+    first: Collection[int] = (),
 ) -> Generator[Event, None, None]:
     """Build with the arm, take a picture after every placement, and check the result.
 
@@ -57,6 +59,8 @@ def build_with_arm(
         log: gets every motion of the arm.
         disturber: disturbs the build.
         replanner: proposes other arrangements where something is gone or in the way while the arm builds.
+        ends_here: asked before each motion of an object, and once more in the end; nothing is judged if the build ends so.
+        first: the objects that are moved before all others.
 
     Raises:
         ExecutionFailed: if an object could not be placed, or the result does not stand as asked.
@@ -71,7 +75,7 @@ def build_with_arm(
     initial = np.array(list(seen_at.values())[: table.count])
     rng = np.random.default_rng(seed)
     several = wanted if isinstance(wanted, TableGoal) else None
-    rules = PlacementRules() if several is None else several.placement_rules(scene)
+    rules = (PlacementRules() if several is None else several.placement_rules(scene)).with_first(first, len(scene.objects))
     reel = Film(table.film_camera) if film else None
     ranks = ranks or range(1, len(arrangements) + 1)
     progress = BuildProgress(table, seen_at, scene, arrangements, ranks, several, reel)
@@ -85,7 +89,14 @@ def build_with_arm(
         if on_step is not None:
             on_step(table)
 
-    listeners = BuildListeners(after_step, on_check, log, None if replanner is None else progress)
+    ended = False
+
+    def asked(remainder: Callable[[], Remainder]) -> bool:
+        nonlocal ended
+        ended = ends_here is not None and ends_here(remainder)
+        return ended
+
+    listeners = BuildListeners(after_step, on_check, log, None if replanner is None else progress, asked)
     with nullcontext() if reel is None else reel:
         try:
             work: Generator[Event, None, None] = build_structure(
@@ -98,6 +109,8 @@ def build_with_arm(
             yield from progress.film()
             raise
         yield from progress.film()
+    if ended:
+        return
     motions = progress.arrangements[progress.index].goal_from_initial
     yield from _judge(table, wanted, moving(motions), motions @ initial, progress)
 

@@ -8,7 +8,7 @@ stands need not be touched.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, permutations
 
@@ -17,7 +17,7 @@ from shapely import MultiPoint
 
 from agent import events
 from agent.arm.placement_order import bottom_at
-from agent.arm.remainder import Remainder
+from agent.arm.remainder import Remainder, Replanner
 from agent.errors import NotBuildable, NoValidGoal
 from agent.pipeline.table_goal import TableGoal
 from grounding.goals.goal import Goal
@@ -36,6 +36,24 @@ HOLDS = 0.5  # of the score of the checks: more, if they hold
 SHARED_OUT = 120  # ways to share out the places among what waits: all of five objects
 MOST = 8  # arrangements that are proposed: each costs a search for motions
 TURNED = math.radians(10.0)  # by which a structure may be turned as a whole: less than any heading may be off
+
+
+def layouts_of(
+    wanted: StructureSpec | TableGoal,
+    propose: Callable[[Scene, StructureSpec | TableGoal], events.Proposed],
+    another: bool = False,
+) -> Replanner:
+    """Return whoever lays a goal out anew.
+
+    Args:
+        wanted: the slots of one structure, or a goal of several parts.
+        propose: proposes arrangements of such a goal for the objects of a scene; raises `NotBuildable` or `NoValidGoal`
+            if there are none.
+        another: whether something else was built so far, so that what stands fulfils no part of this goal by itself.
+    """
+    if isinstance(wanted, TableGoal):
+        return GoalLayouts(wanted, propose, another)
+    return StructureLayouts(wanted, lambda now: propose(now, wanted).arrangements)
 
 
 class StructureLayouts:
@@ -81,9 +99,12 @@ class StructureLayouts:
                 settled[motions, k] = now_from_flat[k]
             else:
                 moved[motions] += 1
-        holds = np.array(checks_scores(estimates, settled, self._spec, scene.table)) > HOLDS
-        good = [k for k in np.argsort(moved, kind="stable") if holds[k] and _is_clear(settled[k], scene)]
-        return [_of_all(settled[k] @ flat_from_initial, remainder) for k in good[:MOST]]
+        scores = checks_scores(estimates, settled, self._spec, scene.table)
+        good = [k for k in np.argsort(moved, kind="stable") if scores[k] > HOLDS and _is_clear(settled[k], scene)]
+        return [
+            _of_all(settled[k] @ flat_from_initial, remainder, {"checks": scores[k], "total": scores[k]})
+            for k in good[:MOST]
+        ]
 
 
 def table_of(remainder: Remainder, flat: bool) -> tuple[Scene, np.ndarray]:
@@ -166,14 +187,14 @@ def _middles(scene: Scene, motions: np.ndarray) -> np.ndarray:
     return np.array([_middle(cloud, motion) for cloud, motion in zip(scene.objects, motions)])
 
 
-def _of_all(goal_from_initial: np.ndarray, remainder: Remainder) -> Arrangement:
+def _of_all(goal_from_initial: np.ndarray, remainder: Remainder, scores: Mapping[str, float]) -> Arrangement:
     """Return the arrangement of all objects that the build began with, given the motions (n, 4, 4) of those left."""
     motions = np.tile(np.eye(4), (len(remainder.goal_from_initial), 1, 1))
     motions[list(remainder.left)] = goal_from_initial
     for index in remainder.standing:
         if np.allclose(motions[index], remainder.now_from_initial[index], atol=1e-9):
             motions[index] = remainder.now_from_initial[index]
-    return Arrangement(motions)
+    return Arrangement(motions, dict(scores))
 
 
 class GoalLayouts:
@@ -183,10 +204,13 @@ class GoalLayouts:
         wanted: the goal.
         propose: proposes arrangements of a goal for the objects of a scene; raises `NotBuildable` or `NoValidGoal` if
             there are none.
+        another: as for `layouts_of`.
     """
 
-    def __init__(self, wanted: TableGoal, propose: Callable[[Scene, TableGoal], events.Proposed]) -> None:
-        self._wanted, self._propose = wanted, propose
+    def __init__(
+        self, wanted: TableGoal, propose: Callable[[Scene, TableGoal], events.Proposed], another: bool = False
+    ) -> None:
+        self._wanted, self._propose, self._another = wanted, propose, another
 
     def concerns(self, name: str) -> bool:
         """Return whether the goal places others by something that stays."""
@@ -211,7 +235,7 @@ class GoalLayouts:
         names = [cloud.name for cloud in scene.objects]
         here = _middles(scene, np.tile(np.eye(4), (len(names), 1, 1)))
         standing = [k for k, index in enumerate(remainder.left) if index in remainder.standing]
-        rows = list[tuple[int, np.ndarray]]()
+        rows = list[tuple[int, np.ndarray, Mapping[str, float]]]()
         for arrangement in proposed.arrangements:
             moves = dict(zip((cloud.name for cloud in proposed.scene.objects), arrangement.goal_from_initial))
             if any((moves[name] != np.eye(4)).any() for name in moves.keys() - names):
@@ -219,8 +243,8 @@ class GoalLayouts:
             motions = np.array([moves.get(name, np.eye(4)) for name in names])
             off = np.linalg.norm(_middles(scene, motions) - here, axis=1)
             motions[[k for k in standing if off[k] < STAYS]] = np.eye(4)
-            rows.append(((off[standing] >= STAYS).sum(), motions @ now_from_initial))
-        return [_of_all(motions, remainder) for _, motions in sorted(rows, key=lambda row: row[0])[:MOST]]
+            rows.append(((off[standing] >= STAYS).sum(), motions @ now_from_initial, arrangement.scores))
+        return [_of_all(motions, remainder, scores) for _, motions, scores in sorted(rows, key=lambda row: row[0])[:MOST]]
 
     def _one_structure(self, remainder: Remainder, goal: TableGoal) -> list[Arrangement]:
         """Lay out the one structure that is left of a goal, around everything else."""
@@ -253,6 +277,8 @@ class GoalLayouts:
 
     def _fulfilled(self, remainder: Remainder) -> list[int]:
         """Return the numbers of the parts whose objects and references all stand as the last arrangement has them."""
+        if self._another:
+            return []
         first = {cloud.name: cloud for cloud in remainder.first.distractors}
         stay = {remainder.first.objects[index].name for index in remainder.standing}
         stay |= {

@@ -17,7 +17,7 @@ from structdiffusion.observation import Arrangement
 
 if TYPE_CHECKING:
     from agent.pipeline.table_goal import TableGoal
-    from structdiffusion.observation import Scene, StructureGoal
+    from structdiffusion.observation import ObjectCloud, Scene, StructureGoal
     from structdiffusion.planners.factory import Planner
     from structdiffusion.planners.goal_planner import GoalPlanner
 
@@ -74,7 +74,7 @@ def propose_arrangements(
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
     lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]
-    return _proposed(model, scene, arrangements, time.perf_counter() - began)
+    return proposed_event(model, scene, arrangements, time.perf_counter() - began)
 
 
 def propose_goal(
@@ -111,14 +111,21 @@ def propose_goal(
         )
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
+    # To make room, nothing is moved on which something stands that stays; if it has to be, the check below says so.
+    carried = _carried(scene.objects)
+    free = [each for each in found if not any(low in each.moved and up not in {*each.moved, *wanted.movable} for up, low in carried)]
+    found = free or found
     touched = sorted({*wanted.movable, *(index for each in found for index in each.moved)})
     part = scene.select(touched)
     _check_nothing_on_top(part)
     arrangements = [Arrangement(each.goal_from_initial[touched], dict(each.scores)) for each in found]
-    return _proposed(model, part, arrangements, time.perf_counter() - began)
+    return proposed_event(model, part, arrangements, time.perf_counter() - began)
 
 
-def _proposed(model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float) -> events.Proposed:
+def proposed_event(
+    model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float
+) -> events.Proposed:
+    """Make the event of arrangements, best first, for the objects of a scene."""
     candidates = tuple(
         events.Candidate(
             rank,
@@ -142,13 +149,18 @@ def _check_enough_objects(scene: Scene, goal: StructureGoal) -> None:
 
 def _check_nothing_on_top(scene: Scene) -> None:
     """Raise `NotBuildable` when a distractor stands on an object that takes part: it would fall when that is picked."""
+    clouds, count = (*scene.objects, *scene.distractors), len(scene.objects)
+    for upper, lower in _carried(clouds):
+        if lower < count <= upper:
+            above, below = clouds[upper].name, clouds[lower].name
+            raise NotBuildable(f"the {above} stands on the {below} and would fall: let the {above} take part too")
+
+
+def _carried(clouds: Sequence[ObjectCloud]) -> list[tuple[int, int]]:
+    """Return which objects stand on which others: pairs of indices, the upper one first."""
     from structdiffusion.footprints import stands_above
 
-    clouds = (*scene.objects, *scene.distractors)
     outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
     bottoms = [cloud.bottom for cloud in clouds]
-    for upper in range(len(scene.objects), len(clouds)):
-        for lower in range(len(scene.objects)):
-            if stands_above(upper, lower, outlines, bottoms):
-                above, below = clouds[upper].name, clouds[lower].name
-                raise NotBuildable(f"the {above} stands on the {below} and would fall: let the {above} take part too")
+    every = range(len(clouds))
+    return [(up, low) for up in every for low in every if up != low and stands_above(up, low, outlines, bottoms)]

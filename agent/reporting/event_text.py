@@ -183,7 +183,7 @@ def describe_goal_row(goal: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def remark_sentence(payload: Mapping[str, Any]) -> str:
-    """Describe an event "asked", "answered", "noted", "commanded" or "restored" in one sentence."""
+    """Describe an event "asked", "answered", "noted", "commanded", "interjected", "forked" or "restored" in a sentence."""
     match payload["kind"]:
         case "asked":
             options = ", ".join(f"{number}) {option}" for number, option in enumerate(payload["options"], start=1))
@@ -192,6 +192,12 @@ def remark_sentence(payload: Mapping[str, Any]) -> str:
             return payload["answer"]
         case "commanded":
             return f"> {payload['line']}"
+        case "interjected":
+            placed = payload["placed"]
+            when = f"after {placed} placement{'s' * (placed != 1)}"
+            return f"> {payload['line']} ({when}): {payload['message'] or payload['outcome']}"
+        case "forked":
+            return f"branch {payload['branch']} begins after turn {payload['turn']}"
         case "restored":
             back = ", ".join(payload["moved"])
             return f"{payload['how']}: " + (f"put back {back}" if back else "nothing had to be put back")

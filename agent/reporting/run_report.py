@@ -1,6 +1,6 @@
 """Record everything that happened in a run: `report.json`, the pictures, and `report.html` from both.
 
-`report.json`, schema version 6; every key is always present, `null` or empty if the run did not get that far:
+`report.json`, schema version 7; every key is always present, `null` or empty if the run did not get that far:
 
 | key | value |
 |---|---|
@@ -8,7 +8,8 @@
 | `instruction`, `options` | the request |
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
 | `parse` | spec, confidence and evidence per slot, parser, named nouns; the `goal`, a line for each of its `parts` |
-| `remarks` | questions, answers, notes, commands and restored states in order, each with its `kind` |
+| `remarks` | questions, answers, notes, commands, interjections and restored states in order, each with its `kind` |
+| `turn` | in a conversation, the number of the `turn` in its timeline, the turn that it comes `after`, and its `branch` |
 | `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
 | `proposals` | model, checksums of its networks (`networks`), candidates with scores, positions and turns, best first |
 | `chosen` | the rank and the goal of each object; for several parts also which place it, if it stays or makes room |
@@ -23,7 +24,8 @@ film, and its pictures are WebP files, where those of version 1 were PNG. In ver
 is what was `called` before. Version 4 has `goal` and `parts`. In version 5 `proposals`, the step `propose` and the
 score `rollout` replace `imagination`, `imagination` and `imagined`, and `verdict` has `count` and `left_out`. In
 version 6 `placed` says whether the object stands (`trouble`), why it was moved `again` and what it was to rest `on`,
-`standing_changed` what fell later, and an object of the scene has its `number` on the table, from 1.
+`standing_changed` what fell later, and an object of the scene has its `number` on the table, from 1. In version 7
+`remarks` have what was said while the arm was building ("interjected"), and `turn` is new.
 """
 
 from __future__ import annotations
@@ -44,8 +46,8 @@ from agent.reporting.table_model import TableModel
 from agent.runtime.output_ownership import files_written, mark, own_folder
 from agent.runtime.redaction import without_credentials
 
-SCHEMA_VERSION = 6
-_REMARKS = ("asked", "answered", "noted", "commanded", "restored")
+SCHEMA_VERSION = 7
+_REMARKS = ("asked", "answered", "noted", "commanded", "interjected", "forked", "restored")
 
 
 class RunRecord:
@@ -69,6 +71,7 @@ class RunRecord:
             "outcome": {"success": False, "exit_code": None, "step": None, "message": None, "seconds": None},
             "parse": None,
             "remarks": [],
+            "turn": None,
             "scene": None,
             "proposals": None,
             "chosen": None,
@@ -129,6 +132,8 @@ class RunRecord:
                 report["outcome"] |= _without_kind(payload)
             case "finished":
                 report["outcome"] |= _without_kind(payload)
+            case "remembered":
+                report["turn"] = _without_kind(payload)
             case kind if kind in _REMARKS:
                 report["remarks"].append(payload)
             case "filmed":

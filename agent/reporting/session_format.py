@@ -2,7 +2,7 @@
 
 The first line describes the session; it is repeated where a later process continues the file:
 
-    {"schema_version": 6, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
+    {"schema_version": 7, "version": "0.1.0", "started": "2025-01-31T09:30:00+00:00", "options": {...}, "machine": ...}
 
 Every other line is an event (its payload, see `agent.event_base`), a picture, or a part of the table in 3D (see
 `agent.reporting.table_model`); `seconds` count from the latest start:
@@ -16,7 +16,8 @@ every goal was one structure: the event `parsed` had no `goal`, `parts` and `obj
 version 3 the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score
 `rollout` was called `imagined`; `checked` had no `count` and no `left_out`. Up to version 4 there was no table in 3D. Up to
 version 5 the event `placed` did not say whether the object stands (`trouble`), why it was moved `again`, and what it
-was to rest `on`, and a seen object had no `number`.
+was to rest `on`, and a seen object had no `number`. Up to version 6 there were no events `interjected`, `remembered` and
+`forked`, and `restored` did not say which `turn` of the timeline is the present one.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ from typing import Any
 from grounding.goals.goal import Goal
 from grounding.spec import SLOTS, SpecError
 
-SCHEMA_VERSION = 6
-READABLE_VERSIONS = (1, 2, 3, 4, 5, 6)
+SCHEMA_VERSION = 7
+READABLE_VERSIONS = (1, 2, 3, 4, 5, 6, 7)
 
 
 def encode_line(entry: Mapping[str, Any]) -> bytes:
@@ -69,8 +70,8 @@ def upgrade_payload(payload: Any, schema_version: int) -> Any:
             return {"trouble": "", "again": "", "on": ""} | payload
         case "parsed" if schema_version <= 2:
             return {"goal": _goal_of_slots(payload.get("spec")), "parts": [], "objects": []} | payload
-        case "restored" if schema_version <= 2:
-            return {"parts": []} | payload
+        case "restored":
+            return {"parts": [], "turn": None} | payload
         case "checked":
             return {"count": 0, "left_out": []} | payload
     return payload

@@ -145,11 +145,19 @@ class TableScene:
             distractors=tuple(clouds[self.names[i]] for i in there if i >= self.count and self.names[i] in clouds),
         )
 
-    def known_clouds(self) -> dict[str, ObjectCloud]:
+    def known_clouds(self, still_stands: float = _STILL_STANDS) -> dict[str, ObjectCloud]:
         """Return the clouds of the objects that were seen before, by name, in their present places, without another
-        look; what has fallen over or off is left out."""
+        look; what was tilted by more than an angle (rad) since, or has fallen off, is left out."""
         poses = self.poses()
-        return {name: moved for name, seen in self._seen.items() if (moved := _moved(seen, poses[name])) is not None}
+        moved = {name: _moved(seen, poses[name], still_stands) for name, seen in self._seen.items()}
+        return {name: cloud for name, cloud in moved.items() if cloud is not None}
+
+    def remembered(self) -> Scene:
+        """Return the observation of the table as it is known without another look: for a moment when the arm is at work."""
+        clouds = self.known_clouds(math.pi)
+        taking = [name for name in self.names[: self.count] if name in clouds]
+        others = [name for name in self.names[self.count :] if name in clouds]
+        return Scene(tuple(clouds[name] for name in taking), self.world.table, tuple(clouds[name] for name in others))
 
     def _bottom(self, index: int, pose: np.ndarray) -> float:
         """Return z of the surface under an object at the pose, from its true shape: a scene file may stack objects."""
@@ -298,9 +306,9 @@ class TableScene:
         return FilmCamera(self.world, self.arm, dict(zip(self.names, self.models, strict=True)), self.poses)
 
 
-def _moved(seen: _Seen, pose: np.ndarray) -> ObjectCloud | None:
-    """Return the cloud in its present place; `None` if another side of the object is up, or it is gone."""
-    if tilt_between(pose, seen.pose) > _STILL_STANDS or pose[2, 3] < FALLEN:
+def _moved(seen: _Seen, pose: np.ndarray, still_stands: float) -> ObjectCloud | None:
+    """Return the cloud in its present place; `None` if it was tilted by more than an angle, or is gone."""
+    if tilt_between(pose, seen.pose) > still_stands or pose[2, 3] < FALLEN:
         return None
     motion = pose @ np.linalg.inv(seen.pose)
     bottom = seen.cloud.bottom + float(pose[2, 3] - seen.pose[2, 3])

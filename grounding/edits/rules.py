@@ -75,8 +75,8 @@ RULES = (
         "shifted", f"(move )?(bit )?({_AMOUNT}( more| less)? direction|(more )?direction {_AMOUNT}|more {_AMOUNT} direction)",
         shifted,
     ),
-    Rule("resized", "(move )?(bit )?(more|less)( bit)?", resized),
-    Rule("stepped", "(move )?((bit )?(more|bit) direction|direction bit|more direction( bit)?)", stepped),
+    Rule("resized", "(move |be )?(bit )?(more|less)( bit)?", resized),
+    Rule("stepped", "(move |be )?((bit )?(more|bit) direction|direction bit|more direction( bit)?)", stepped),
     Rule(
         "turned",
         "(turn|move) (angle( turn)?( rotation| direction)?|rotation( angle)?)|turn (direction|way)"

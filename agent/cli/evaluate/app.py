@@ -12,6 +12,7 @@ from agent.cli.evaluate.language import language, parse
 from agent.cli.evaluate.latency import chat
 from agent.cli.evaluate.loop import loop
 from agent.cli.evaluate.planners import arm, recordings, success
+from agent.cli.evaluate.steering import steering
 
 evaluate_app = typer.Typer(rich_markup_mode=None)
 
@@ -30,7 +31,7 @@ def _add(*commands: Callable[..., None]) -> None:
         evaluate_app.command(command.__name__)(command)
 
 
-_add(success, goals, arm, loop, picks, recordings, segmentation)
+_add(success, goals, arm, loop, steering, picks, recordings, segmentation)
 for _name, _help in ON_SCENES.items():
     evaluate_app.command(_name, help=_help)(evaluate_on_scenes)
 _add(parse, language, discriminators, coverage, chat)

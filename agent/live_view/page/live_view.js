@@ -17,7 +17,7 @@ try {
 const transcript = new Transcript(at("log"));
 const candidates = new Candidates(scene, (rank) => say(`/choose ${rank}`));
 // What the agent has told, as far as controls follow from it.
-const NOTHING = { prompt: null, choosing: false, stopping: false, busy: "", stage: "", placed: 0, motions: 0, outcome: "" };
+const NOTHING = { prompt: null, choosing: false, stopping: false, listening: false, busy: "", stage: "", placed: 0, motions: 0, outcome: "" };
 const state = { role: "", start: "", socket: null, retry: FIRST_RETRY, ...NOTHING };
 
 // --- what the agent tells --------------------------------------------------------------------
@@ -53,8 +53,8 @@ const told = {
     state.busy = what;
     refresh();
   },
-  asking({ prompt, choices, choosing, stopping }) {
-    Object.assign(state, { prompt, choosing, stopping });
+  asking({ prompt, choices, choosing, stopping, listening }) {
+    Object.assign(state, { prompt, choosing, stopping, listening });
     at("choices").replaceChildren(...choices.map(({ label, line }) => button(label, () => answer(line))));
     at("refused").hidden = true;
     refresh();
@@ -92,8 +92,9 @@ function refresh() {
   const building = Boolean(state.motions) && !state.outcome && !asked;
   at("take-over").hidden = !open || !["other", "nobody"].includes(state.role);
   at("form").hidden = !drives;
-  at("choices").hidden = !drives || !asked;
-  at("line").placeholder = asked ? (state.choosing ? "build it? or say what to change" : "say what to build, or ask") : "one moment";
+  at("choices").hidden = !drives || !(asked || state.listening);
+  const atWork = state.listening ? "say what should be different, or ask" : "one moment";
+  at("line").placeholder = asked ? (state.choosing ? "build it? or say what to change" : "say what to build, or ask") : atWork;
   at("stop").hidden = !drives || asked || state.prompt === null;
   at("stop").disabled = state.stopping;
   const bar = at("bar");
@@ -128,7 +129,7 @@ at("form").addEventListener("submit", (event) => {
   event.preventDefault();
   const line = at("line").value.trim();
   if (!line) return;
-  if (!state.prompt) {
+  if (!state.prompt && !state.listening) {
     told.refused({ reason: "the agent is at work; wait, or stop it" });
     return;
   }

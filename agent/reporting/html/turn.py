@@ -75,6 +75,8 @@ class Turn:
             return "quiet", "Partly built" if report["verdict"]["how"] == "arm" else "Valid for some of the objects"
         if code not in (None, DONE):
             return "bad", "Not built"
+        if any(remark["kind"] == "interjected" and remark["outcome"] == "changed" for remark in report["remarks"]):
+            return "quiet", "Changed while it was built"
         if report["chosen"] is not None:
             return "quiet", "Declined" if self._declined else "Proposed, not built"
         return "quiet", "Question" if "asked" in said else "Conversation"

@@ -32,7 +32,7 @@ def quick_arm(monkeypatch):
 def few_candidates(monkeypatch):
     """Propose 16 arrangements and not 64: how good they are is the subject of `tests/structdiffusion`."""
     for propose in (propose_arrangements, propose_goal):
-        monkeypatch.setattr(f"agent.chat.build_session.{propose.__name__}", partial(propose, count=16))
+        monkeypatch.setattr(f"agent.chat.proposal_session.{propose.__name__}", partial(propose, count=16))
 
 
 @pytest.fixture(autouse=True)

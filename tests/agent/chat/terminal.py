@@ -106,6 +106,10 @@ class Terminal:
         self._wait(lambda: echo.match(self._line()) is not None, f"the echo of {line!r}")
         self._child.send("\r")
 
+    def interject(self, line: str) -> None:
+        """Types a line and Enter while there is no prompt."""
+        self._child.send(f"{line}\r")
+
     def _wait(self, shown: Callable[[], bool], what: str) -> None:
         """Reads until something is shown."""
         deadline = time.monotonic() + LONGEST

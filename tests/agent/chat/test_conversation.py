@@ -36,7 +36,7 @@ def assert_stands_at(conversation, poses):
 def test_an_instruction_becomes_a_proposal_and_moves_nothing(conversation, sent):
     before = conversation.table.poses()
     assert conversation.say("put the cups in a small circle on the left")
-    assert kinds(sent) == ["started", "parsed", "perceived", "proposed", "chosen"]
+    assert kinds(sent) == ["started", "parsed", "perceived", "proposed", "remembered", "chosen"]
     (parsed,) = of(sent, events.Parsed)
     assert parsed.spec == StructureSpec("circle", "small", "left") and parsed.named == CUPS and parsed.before is None
     (seen,) = of(sent, events.Perceived)
@@ -320,7 +320,7 @@ def test_a_wish_that_no_arrangement_was_good_enough_for_can_be_tried_again(conve
         raise NoValidGoal("none of them is good enough")
 
     with monkeypatch.context() as patched:
-        patched.setattr("agent.chat.build_session.filter_viable", none)
+        patched.setattr("agent.chat.proposal_session.filter_viable", none)
         assert not conversation.say("put the cups in a circle") and not conversation.situation.asked
         assert not conversation.again()  # from the next seed, which fails here too
     seed = conversation.options.seed

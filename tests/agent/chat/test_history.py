@@ -65,3 +65,23 @@ def test_redo_ends_with_a_new_turn(proposal):
     history.undo(again)
     history.remember(first)
     assert history.redo(first) is None
+
+
+def test_every_turn_stays_reachable_and_a_second_way_on_is_a_branch():
+    history, left = History(), [situation(name, None, None) for name in ("start", "one", "two", "other")]
+    first = history.remember(left[0], "first")
+    second = history.remember(left[1], "second")
+    assert history.undo(left[2]).names == ("one",) and history.present == 1
+    other = history.remember(left[1], "other")
+    assert [(one.number, one.after, one.branch) for one in (first, second, other)] == [(1, 0, 1), (2, 1, 1), (3, 1, 2)]
+    assert history.redo(left[3]) is None
+    assert history.go_to(2, left[3]).names == ("two",) and history.go_to(3, left[2]).names == ("other",)
+    assert history.go_to(0, left[3]).names == ("start",) and history.last_poses is None
+    assert [history.situation_of(number, left[0]).names[0] for number in range(4)] == ["start", "one", "two", "other"]
+
+
+def test_a_fork_lets_the_first_that_follows_begin_a_branch():
+    history, here = History(), situation("here", None, None)
+    history.remember(here, "first")
+    assert history.fork() == 2
+    assert history.remember(here, "second").branch == 2 and history.remember(here, "third").branch == 2

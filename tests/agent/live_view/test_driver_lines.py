@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from agent.live_view.driver_lines import LONGEST, DriverLines
+from agent.chat.interjections import Moment
+from agent.live_view.driver_lines import LONGEST, MOST_WAITING, DriverLines
 from grounding.parse_result import Question
 
 
@@ -116,7 +117,7 @@ def test_stopping_interrupts_the_main_thread_once(lines, page):
         time.sleep(10)
     presser.join(10)
     assert presses == ["", "it is stopping", "it is stopping"]
-    assert page.told.pop() == ("asking", {"prompt": "", "choices": [], "choosing": False, "stopping": True})
+    assert page.told.pop() == ("asking", {"prompt": "", "choices": [], "choosing": False, "stopping": True, "listening": False})
 
 
 def test_ctrl_c_in_the_terminal_ends_the_chat_while_it_asks(lines):
@@ -157,3 +158,28 @@ def test_the_buttons_are_what_can_be_answered(lines, talk, buttons):
 def test_control_characters_in_an_option_are_visible(lines):
     lines.answer_for(Talk(Question("object", "Which?", ("cup \u202e1",))))
     assert lines._choices()[0]["label"] == r"cup \u202e1"
+
+
+def test_while_the_arm_builds_every_line_is_taken(lines, page):
+    lines.answer_for(talk := SimpleNamespace(question=None, situation=SimpleNamespace(proposal=None)))
+    source = lines.while_building()
+    assert page.told[-1][1]["listening"] and not page.told[-1][1]["prompt"]
+    assert lines.actions["line"]({"line": "wait"}) == lines.actions["line"]({"line": "on the left"}) == ""
+    assert [source.next(Moment()) for _ in range(3)] == ["wait", "on the left", None] and not source.silent
+    assert page.told[-1] == ("said", "on the left")
+    talk.question = Question("goal", "which of these is meant?", ("a line", "a circle"))
+    assert source.next(Moment()) is None
+    assert [one["line"] for one in page.told[-1][1]["choices"]] == ["1", "2", "no"]
+    assert source.next(Moment()) is None and len([kind for kind, _ in page.told if kind == "asking"]) == 2
+
+
+def test_a_line_that_came_too_late_for_the_build_answers_the_next_prompt(lines, page):
+    lines.while_building()
+    assert lines.actions["line"]({"line": "bigger"}) == "" and lines.ask("> ") == "bigger"
+    assert not page.told[0][1]["prompt"] and lines.actions["line"]({"line": "more"}) == "the agent is at work; wait, or stop it"
+
+
+def test_lines_that_nobody_reads_are_not_piled_up(lines, page):
+    lines.while_building()
+    assert {lines.actions["line"]({"line": "wait"}) for _ in range(MOST_WAITING)} == {""}
+    assert lines.actions["line"]({"line": "wait"}) == "16 lines wait to be read; try again later"

@@ -14,7 +14,7 @@ from mcp import MCPError
 from tests.agent.mcp.conftest import Person, data, plan
 
 CALLS, AT_ONCE = 1000, 50
-TOOLS = ("look", "parse", "propose", "propose_again", "preview", "build", "stop", "undo", "report")
+TOOLS = ("look", "parse", "propose", "propose_again", "preview", "build", "say", "stop", "undo", "report")
 NAMES = ("", "text", "plan_id", "turn", "approve", "approval", "__class__", "self", "context", "\x00", "a" * 5000)
 URIS = (
     "structagent://turns/1/pictures/../../../../etc/passwd",

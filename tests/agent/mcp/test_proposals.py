@@ -112,9 +112,9 @@ def test_another_arrangement_is_another_one(served, words):
 
 
 def test_there_may_be_no_other_arrangement(served, monkeypatch):
-    from agent.chat import build_session
+    from agent.chat import proposal_session
 
-    monkeypatch.setattr(build_session, "other_ranks", lambda arrangements, scene, shown: [] if shown else [1])
+    monkeypatch.setattr(proposal_session, "other_ranks", lambda arrangements, scene, shown: [] if shown else [1])
 
     async def conversation(client):
         await data(client, "propose", text=QUICK)

@@ -23,18 +23,18 @@ from tests.agent.mcp.conftest import QUICK, Person, data, plan, refusal
 from tests.commands import structagent
 
 TOKEN = "a-token-of-enough-characters"
-SCHEMAS = ("objects", "status", "status", "status", "stands", "success", "stopped", "moved", "page")
+SCHEMAS = ("objects", "status", "status", "status", "stands", "success", "outcome", "stopped", "moved", "page")
 
 
 async def whole_conversation(client, person: Person) -> None:
     """Look, parse, propose, preview, refuse, build with approval, report, undo."""
     tools = {tool.name: tool for tool in (await client.list_tools()).tools}
     assert [*tools] == [
-        "look", "parse", "propose", "propose_again", "preview", "build", "stop", "undo", "report"
+        "look", "parse", "propose", "propose_again", "preview", "build", "say", "stop", "undo", "report"
     ]  # fmt: skip
     for tool, field in zip(tools.values(), SCHEMAS, strict=True):
         assert field in tool.output_schema["properties"] and tool.input_schema["additionalProperties"] is False
-        assert tool.description and tool.annotations.destructive_hint == (tool.name in ("build", "undo"))
+        assert tool.description and tool.annotations.destructive_hint == (tool.name in ("build", "say", "undo"))
 
     seen = await client.call_tool("look")
     assert [one["name"] for one in seen.structured_content["objects"]][-1] == "orange"

@@ -11,14 +11,18 @@ from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
 from agent.event_base import Event
 from agent.pipeline.building import LAST_PICTURE, build_with_arm, forward_events
 from agent.pipeline.event_builders import chosen_event
-from agent.pipeline.proposing import propose_arrangements
+from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.release import TRIED_PICTURE, release_in_physics
+from agent.pipeline.table_goal import TableGoal
 from agent.scenes.table_scene import TableScene
+from grounding.goals.goal import Goal
+from grounding.goals.parts import RelationPart
 from grounding.spec import StructureSpec
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.procedural import procedural_object
-from structdiffusion.observation import Arrangement, ObjectCloud, Scene, StructureGoal
+from structdiffusion.observation import Arrangement, ObjectCloud, Scene, StructureGoal, Table
 from structdiffusion.planners.geometric import GeometricPlanner
+from structdiffusion.planners.goal_planner import GoalArrangement
 
 BLOCKS = [procedural_object("block", index) for index in range(3)]
 
@@ -281,3 +285,24 @@ def _until_failure(work: Iterator[Event]) -> Iterator[Event]:
         yield from work
     except NoValidGoal:
         return
+
+
+class Moving:
+    """A planner of goals whose arrangements move these objects, one after another."""
+
+    def __init__(self, *moved):
+        self.moved = moved
+
+    def propose(self, scene, goal, **keywords):
+        motions = np.tile(np.eye(4), (len(scene.objects), 1, 1))
+        return [GoalArrangement(moved, (), motions, {"total": 1.0}) for moved in self.moved]
+
+
+def test_to_make_room_nothing_is_moved_on_which_something_stands():
+    clouds = [cube("plate", 0.4, 0.0), cube("bowl", 0.4, 0.0, 0.06), cube("spoon", 0.6, 0.2)]
+    wanted = TableGoal(Goal((RelationPart("left of", (2,), (0,)),)), ("plate", "bowl", "spoon"), np.tile(np.eye(4), (3, 1, 1)))
+    scene = Scene(tuple(clouds), Table())
+    proposed = propose_goal(Moving((0, 2), (2,), (0, 1, 2)), "geometric", scene, wanted, 0)
+    assert len(proposed.arrangements) == 2
+    with pytest.raises(NotBuildable, match="the bowl stands on the plate and would fall"):
+        propose_goal(Moving((0, 2)), "geometric", scene, wanted, 0)

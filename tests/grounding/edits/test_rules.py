@@ -47,6 +47,7 @@ PLACES = [
     (TOWER, "a bit closer to me", "tower of 0, 1, 2, left, bottom"),
     ("0 at top right", "a touch more to the left", "0 at top center"),
     ("line of 0, 1, 2, small", "bigger", "line of 0, 1, 2, medium"),
+    ("line of 0, 1, 2, small", "make it a bit bigger", "line of 0, 1, 2, medium"),
     ("line of 0, 1, 2", "a bit wider", "line of 0, 1, 2, large"),
     ("line of 0, 1, 2, medium", "half as wide", "line of 0, 1, 2, small"),
 ]  # fmt: skip

@@ -1,0 +1,1 @@
+"""Measure what comes of what is said while the arm builds: `structagent evaluate steering`."""
