@@ -14,6 +14,7 @@ from agent.arm.kinematics import JacoArm
 from agent.arm.trajectories import trajectory
 from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 
+TRANSFER_SPEED = 0.9  # of the joints' limits, where nothing is near
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 HALTING_SECONDS = 0.2
 THIRD_FINGER_SECONDS = 0.3  # that the third finger gets after both sides touch
@@ -91,22 +92,33 @@ class ArmDriver:
         for _ in range(round(seconds / TIME_STEP)):
             self.step()
 
-    def follow(self, path: np.ndarray, doing: str, speed: float = 0.9) -> None:
+    def follow(
+        self, path: np.ndarray, doing: str, speed: float = TRANSFER_SPEED, stop: Callable[[], bool] | None = None
+    ) -> np.ndarray:
         """Drive the joints along a path (T, n), from wherever its continuous joints have wound to.
 
         Args:
             path: joint angles.
             doing: the purpose, as passed to the listener.
             speed: a fraction of the joints' speed limits.
+            stop: asked after every step whether to stop there.
+
+        Returns:
+            The joint angles (S, n) that were commanded, step by step.
         """
         self._begin(doing)
         now, model = self.arm.configuration(), self.arm.kinematics.model
         turns = 2 * np.pi * np.round((now - path[0]) / (2 * np.pi))
         path = path + np.where(model.continuous, turns, 0.0)
-        for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, model.velocity * speed):
+        steps = trajectory(np.concatenate((now[None], path)), TIME_STEP, model.velocity * speed)
+        for count, q in enumerate(steps, start=1):
             self.arm.command(q)
             self.step()
+            if stop is not None and stop():
+                steps = steps[:count]
+                break
         self.wait(0.08)
+        return steps
 
     def close(self, *bodies: int, squeeze: float = 1.0) -> set[int]:
         """Close the fingers until they touch any of `bodies` on both sides; return which fingers touch.

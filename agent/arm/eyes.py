@@ -19,6 +19,7 @@ from agent.arm.self_filter import distance_to_arm
 from agent.arm.sight import Sight
 from agent.arm.state import ArmState
 from agent.arm.tracking import Track, Tracker
+from structdiffusion.completion.surface import completed_points
 from structdiffusion.evaluation_protocol import MAX_TILT
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import ObjectCloud, Scene
@@ -65,6 +66,7 @@ class Eyes:
         hidden: those that the last picture does not show.
         unconfirmed: those that were placed where no picture has shown them since.
         unclear: those that lie, and of which the camera cannot tell one end from the other.
+        unsure: those that somebody has moved so far that they may have rolled over, and that look the same then.
         unknown: (P, 3) of each thing that has appeared and belongs to nothing known.
     """
 
@@ -76,17 +78,20 @@ class Eyes:
         self.names = [cloud.name for cloud in every]
         self.count = len(scene.objects)
         self.clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in every]
-        self._solids = [cloud.points for cloud in (*solid.objects, *scene.distractors)]
+        hidden = (completed_points(cloud, scene.world_from_camera) for cloud in scene.distractors)
+        self._solids = [*(cloud.points for cloud in solid.objects), *hidden]
         self._bottoms = [cloud.bottom for cloud in every]
         self.motions = [np.eye(4) for _ in every]
         self.measured = list(self.motions)
         self.gone, self.hidden, self.unclear = frozenset[int](), frozenset[int](), frozenset[int]()
-        self.unconfirmed = frozenset[int]()
+        self.unconfirmed, self.unsure = frozenset[int](), frozenset[int]()
         self.unknown: list[np.ndarray] = []
         self._tracker = Tracker(scene)
+        picture = self.picture()
+        self._depth = picture.depth
         # A fit may be off a little from the beginning, by what completion errs; all motions are counted from there.
         self._first = [np.eye(4) for _ in every]
-        tracks = self._tracker.look(self.picture())
+        tracks = self._tracker.look(picture)
         self._untracked = frozenset(k for k, track in enumerate(tracks) if track.gone or self._apart(k, track) > LOST)
         # Of what was half hidden, the body is so far from the truth that it fits as well on its side.
         self._doubtful = frozenset(k for k, track in enumerate(tracks) if _tilt(track.now_from_initial) > MAX_TILT)
@@ -102,6 +107,7 @@ class Eyes:
             expected: index -> now_from_initial (4, 4) of what the arm has moved since the last picture.
         """
         picture = self.picture()
+        self._depth = picture.depth
         given = {k: motion @ self._first[k] for k, motion in expected.items()}
         tracks = self._tracker.look(picture, given)
         gone, hidden, unclear = set[int](), set[int](), set(self.unclear)
@@ -124,18 +130,30 @@ class Eyes:
                 unclear |= set() if clear else {k}
             elif not fallen and _tilt(now) < MAX_TILT:
                 unclear.discard(k)
+            if not fallen and (was_gone or self._may_have_rolled(k, now, before)) and self._tracker.may_lie(k):
+                self.unsure |= {k}
             self.measured[k] = now
             if was_gone or self._strays(k, now):
                 self.motions[k] = now
         self.gone, self.hidden, self.unclear = frozenset(gone), frozenset(hidden), frozenset(unclear)
         self.unconfirmed = (self.unconfirmed | expected.keys()) & self.hidden
-        outlines = [self.outline(k).buffer(BESIDE) for k in range(len(self.names)) if k not in gone]
-        self.unknown = [
-            one
-            for one in self._tracker.unknown
-            if not is_among(one, self._unexplained)
-            and not any(contains_xy(outline, one[:, :2]).mean() > 0.5 for outline in outlines)
-        ]
+        here = [k for k in range(len(self.names)) if k not in gone]
+        around = [(self.outline(k).buffer(BESIDE), float(self.cloud(k)[:, 2].max()) + BESIDE) for k in here]
+
+        def strange(cloud: np.ndarray) -> np.ndarray:
+            """Return which points (P,) of a cloud are not beside something known, but apart from it or on it."""
+            own = (contains_xy(outline, cloud[:, :2]) & (cloud[:, 2] < top) for outline, top in around)
+            return ~np.any([*own, np.zeros(len(cloud), dtype=bool)], axis=0)
+
+        others = (one for one in self._tracker.unknown if not is_among(one, self._unexplained))
+        self.unknown = [one[strange(one)] for one in others if strange(one).mean() > 0.5]
+
+    def _may_have_rolled(self, k: int, now: np.ndarray, before: np.ndarray) -> bool:
+        """Return whether something is so far from where it was or was put that it may have rolled over on the way: by
+        half its width.
+        """
+        apart = np.linalg.norm(self.middle(k, now) - self.middle(k, before))
+        return bool(apart > max(STILL, 0.5 * np.ptp(self.clouds[k][:, :2], axis=0).min()))
 
     def _seems_upright(self, picture: CameraImage, k: int, now: np.ndarray, before: np.ndarray) -> bool:
         """Return whether what a track takes to have fallen over may as well stand: it is as high as before, or flat.
@@ -201,16 +219,36 @@ class Eyes:
     def picture(self) -> CameraImage:
         """Take a picture in which nothing is measured where the arm is."""
         picture = self._world.look(self._rng)
-        kinematics = self._arm.kinematics
-        joints = dict(zip(kinematics.model.joints, self._arm.configuration().tolist(), strict=True))
-        joints |= dict(zip(FINGERS, self._arm.finger_angles().tolist(), strict=True))
-        points = transform_points(np.linalg.inv(kinematics.world_from_base), picture.points.reshape(-1, 3))
-        near = np.flatnonzero(_in_box(points, self._reach(joints)))
-        arm = near[distance_to_arm(points[near], ArmState(kinematics.model.name, joints)) < ARM_MARGIN]
+        arm = ~self.off_arm(picture.points.reshape(-1, 3))
         depth, seen = picture.depth.copy(), picture.points.copy()
         depth.flat[arm] = np.nan
         seen.reshape(-1, 3)[arm] = np.nan
         return replace(picture, depth=depth, points=seen)
+
+    def off_arm(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (P, 3) of a picture taken now do not show the arm."""
+        kinematics = self._arm.kinematics
+        joints = dict(zip(kinematics.model.joints, self._arm.configuration().tolist(), strict=True))
+        joints |= dict(zip(FINGERS, self._arm.finger_angles().tolist(), strict=True))
+        points = transform_points(np.linalg.inv(kinematics.world_from_base), points)
+        near = np.flatnonzero(_in_box(points, self._reach(joints)))
+        off = np.ones(len(points), dtype=bool)
+        off[near[distance_to_arm(points[near], ArmState(kinematics.model.name, joints)) < ARM_MARGIN]] = False
+        return off
+
+    def glance(self) -> tuple[np.ndarray, np.ndarray]:
+        """Take a picture without looking for anything in it; the arm may be in view.
+
+        Returns:
+            Its points (H, W, 3), world frame, and by how many metres (H, W) they are nearer than those of the last
+            look's picture; NaN where either does not tell.
+        """
+        picture = self._world.look(self._rng)
+        return picture.points, self._depth - picture.depth
+
+    def world_from_ee(self) -> np.ndarray:
+        """Return the pose (4, 4) of the hand now, as the joints have it."""
+        return self._arm.world_from_ee()
 
     def _reach(self, joints: Mapping[str, float]) -> np.ndarray:
         """Return the corners (2, 3) of a box around the arm in the frame of its base."""
@@ -239,6 +277,10 @@ class Eyes:
     def cloud(self, k: int) -> np.ndarray:
         """Return the points (P, 3) of something where it is now; far away if it is gone."""
         return self._now(k, self.clouds[k])
+
+    def solid(self, k: int) -> np.ndarray:
+        """Return the points (P, 3) of something where it is now, with those of its hidden sides."""
+        return self._now(k, np.asarray(self._solids[k], dtype=np.float64))
 
     def _now(self, k: int, cloud: np.ndarray) -> np.ndarray:
         return transform_points(AWAY if k in self.gone else self.motions[k], cloud)
@@ -271,7 +313,7 @@ class Eyes:
         Args:
             solid: with points of the hidden sides of the objects too, to take them by.
         """
-        clouds = self._solids if solid else self.clouds
+        clouds = [*self._solids[: self.count], *self.clouds[self.count :]] if solid else self.clouds
         every = [
             replace(cloud, points=self._now(k, clouds[k]).astype(np.float32), bottom=self.bottom(k))
             for k, cloud in enumerate((*self.scene.objects, *self.scene.distractors))

@@ -46,7 +46,7 @@ class StandingWatch:
             on.
         """
         self._placed[index] = goal_from_initial, support
-        trouble = self.trouble(index)
+        trouble = self.trouble(index) or self._doubt(index)
         self._down = self._down | {index} if trouble else self._down - {index}
         return trouble, support_name(support, self._eyes.names)
 
@@ -62,7 +62,7 @@ class StandingWatch:
             during: what the arm has done since: "can 3 was placed".
         """
         for index in sorted(self._placed):
-            trouble = self.trouble(index)
+            trouble = self.trouble(index) or self._doubt(index)
             if bool(trouble) != (index in self._down):
                 self._down ^= {index}
                 yield StandingChanged(index, self._eyes.names[index], not trouble, trouble, during)
@@ -77,6 +77,11 @@ class StandingWatch:
         return standing_at(self._eyes, index, goal, support).trouble(support_name(support, self._eyes.names))
 
 
+    def _doubt(self, index: int) -> str:
+        """Say why it is not certain that a placed object stands as placed; empty if it is."""
+        return "may lie on its side, which looks the same" if index in self._eyes.unsure else ""
+
+
 def standing_at(eyes: Eyes, index: int, goal_from_initial: np.ndarray, support: int | None = None) -> Standing:
     """Return how an object stands, as far as the camera tells, against where it was to stand.
 
@@ -89,8 +94,8 @@ def standing_at(eyes: Eyes, index: int, goal_from_initial: np.ndarray, support: 
     now = eyes.motions[index]
     off = eyes.middle(index, now) - eyes.middle(index, goal_from_initial)
     supported = support is None or abs(off[2]) <= AS_HIGH or _over(eyes, index, support)
-    outline = eyes.outline(index)
-    strange = (MultiPoint(one[:, :2]).convex_hull for one in eyes.unknown)
+    outline, middle = eyes.outline(index), eyes.middle(index, now)[2]
+    strange = (MultiPoint(one[:, :2]).convex_hull for one in eyes.unknown if one[:, 2].min() < middle)
     on_strange = any(one.intersection(outline).area > LEAST_OVERLAP for one in strange)
     supported = supported and not on_strange
     return Standing(float(np.hypot(*off[:2])), tilt_between(now, goal_from_initial), supported=supported)

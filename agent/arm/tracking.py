@@ -16,6 +16,9 @@ from types import MappingProxyType
 import numpy as np
 from scipy import ndimage
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from agent.arm.registration import (
     FAR_GATE,
@@ -49,6 +52,7 @@ STAYED = 0.006  # m that an object may seem to have moved which nobody touched
 SINKS = 0.003  # m that a body may reach into the table: noise of its height
 REFUTED = 0.3  # share that is refuted of an object that is gone
 LEAST_GROUP = 12  # points, of 16 mm^2 each: fewer are noise and edges
+APART = 0.015  # m between two things: neighbouring points of one are 4 mm apart, and more on steep sides
 LEAST_STRANGER = 25  # points of what belongs to no object: 2 cm by 2 cm
 BESIDE = 0.015  # m from an object within which points of its colour may belong to it
 APPENDAGE = 0.35  # of an object's points at most are a side that was not seen before, such as a handle
@@ -102,7 +106,7 @@ class Tracker:
                 its pixels is NaN.
             expected: index -> now_from_initial (4, 4) where an object should be now, besides where it was last.
         """
-        sight = Sight(picture, self._area)
+        sight = self._sight = Sight(picture, self._area)
         guesses = [
             [motion @ self.shapes[i].world_from_shape for motion in (*_given(expected, i), track.now_from_initial)]
             for i, track in enumerate(self.tracks)
@@ -120,6 +124,25 @@ class Tracker:
         self.tracks = [self._track(sight, i, guesses[i], found.get(i)) for i in range(len(self.shapes))]
         self.unknown = self._strangers(sight, found)
         return list(self.tracks)
+
+    def may_lie(self, index: int) -> bool:
+        """Return whether an object that the last picture shows upright looks about the same on its side or its head."""
+        shape, sight = self.shapes[index], self._sight
+        pose = self.tracks[index].now_from_initial @ shape.world_from_shape
+        among = np.zeros(len(sight.points), dtype=bool)
+        own = judge(sight, shape, pose).points
+        among[own] = True
+        if len(own) < LEAST_GROUP:
+            return True
+        (upright,) = fit_together(sight, [shape], [pose], [free_turns(shape, pose)], among)
+        for start in guesses_from_points(shape, sight.points[own], pose, True, GUESSES):
+            (first,) = fit_together(sight, [shape], [start], [FREE], among)
+            (lying,) = fit_together(sight, [shape], [first.world_from_shape], [FREE], among)
+            if tilt_between(lying.world_from_shape, np.eye(4)) < FALLEN:
+                continue
+            if self._cost(index, lying, len(own)) < self._cost(index, upright, len(own)) + UPRIGHT_BONUS:
+                return True
+        return False
 
     def _where_guessed(self, sight: Sight, guesses: Sequence[list[np.ndarray]]) -> dict[int, Fit]:
         """Fit the objects that are about where they were or should be."""
@@ -256,7 +279,8 @@ class Tracker:
 
     def _strangers(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
         """Return the clouds (P, 3) of what belongs to no object."""
-        groups = [group for group in self._rest(sight, found) if len(group) >= LEAST_STRANGER]
+        pieces = (piece for group in self._rest(sight, found) for piece in _pieces(sight.points, group))
+        groups = (piece for piece in pieces if len(piece) >= LEAST_STRANGER)
         return [sight.points[group] for group in groups if not self._is_owned(sight, found, group)]
 
     def _track(self, sight: Sight, index: int, guesses: Sequence[np.ndarray], fit: Fit | None) -> Track:
@@ -268,6 +292,14 @@ class Tracker:
             if sight.evidence(self.shapes[index], guess).refuted_share <= REFUTED:
                 return Track(guess @ from_shape, False, False, before.error_m)
         return Track(before.now_from_initial, False, True, before.error_m)
+
+
+def _pieces(points: np.ndarray, group: np.ndarray) -> list[np.ndarray]:
+    """Return the parts of a group of points that hang together: what is one in the picture may be far apart."""
+    pairs = cKDTree(points[group]).query_pairs(APART, output_type="ndarray")
+    joined = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(group), len(group)))
+    count, label = connected_components(joined, directed=False)
+    return [group[label == k] for k in range(count)]
 
 
 def _given(expected: Mapping[int, np.ndarray], index: int) -> list[np.ndarray]:

@@ -1,0 +1,62 @@
+"""Watch the place where an object is to go while the arm brings it there: somebody may put something else into it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+from shapely import MultiPoint, contains_xy, prepare
+
+from agent.arm.eyes import ARM_MARGIN, Eyes
+from agent.arm.object_planner import ObjectPlan
+from agent.arm.placement_order import GOAL_CLEARANCE
+from structdiffusion.geometry import transform_points
+from structdiffusion.simulation.world import TIME_STEP
+
+EVERY = round(0.4 / TIME_STEP)  # steps between two pictures: nobody brings anything and takes it away in that time
+NEARER = 0.015  # m by which a pixel is nearer than in the last picture of the table: seven times the camera's noise
+LEAST_COME = 100  # pixels: 2 cm by 2 cm, more than the edges of what stands there change
+HEADROOM = 0.1  # m above the object at its goal, through which it is lowered
+
+
+class PlaceWatch:
+    """A watch over the place of the object in the hand; call it after every physics step, until it is blocked.
+
+    It compares pictures with the last one that was taken while the arm was out of view. What the arm hides, or the
+    object in the hand, is not known.
+
+    Args:
+        eyes: take the pictures.
+        plan: of the object in the hand.
+        solid: (P, 3) the object with its hidden sides where it was taken, world frame, metres.
+
+    Attributes:
+        blocked: whether something has come to the place.
+    """
+
+    def __init__(self, eyes: Eyes, plan: ObjectPlan, solid: np.ndarray) -> None:
+        self._eyes, self.blocked, self._steps = eyes, False, 0
+        self._held = cKDTree(transform_points(np.linalg.inv(plan.grasp.world_from_ee), solid))
+        goal = transform_points(plan.goal_from_now, solid)
+        self._outline = MultiPoint(goal[:, :2]).convex_hull.buffer(GOAL_CLEARANCE)
+        prepare(self._outline)
+        self._corners = np.stack((goal.min(axis=0), goal.max(axis=0)))
+        self._corners += np.array([[-GOAL_CLEARANCE] * 3, [GOAL_CLEARANCE] * 2 + [HEADROOM]])
+
+    def __call__(self) -> bool:
+        """Look, if it is time to; return whether something has come to the place."""
+        if not self.blocked and self._steps % EVERY == 0:
+            self.blocked = len(self._come()) >= LEAST_COME
+        self._steps += 1
+        return self.blocked
+
+    def _come(self) -> np.ndarray:
+        """Return the points (P, 3) that are at the place now and were not before."""
+        seen, nearer = self._eyes.glance()
+        with np.errstate(invalid="ignore"):
+            inside = (nearer > NEARER) & ((seen > self._corners[0]) & (seen < self._corners[1])).all(axis=-1)
+        points = seen[inside]
+        points = points[contains_xy(self._outline, points[:, :2])]
+        if len(points):
+            in_hand = transform_points(np.linalg.inv(self._eyes.world_from_ee()), points)
+            points = points[self._held.query(in_hand)[0] > ARM_MARGIN]
+        return points[self._eyes.off_arm(points)]
