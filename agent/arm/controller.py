@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -23,6 +23,20 @@ SQUEEZING_SECONDS = 0.3
 FLAT_SQUEEZE = 0.25  # share of the force on what is flat: cutlery is light, and rolls between fingers that press harder
 SLIDING_SPEED = 0.2  # of the joints' limits, with an object that the table carries
 GRIP_ITERATIONS = 200  # of the engine's solver, which it takes to bring the motors' torque to the contacts
+
+
+def both_sides(touching: Collection[int]) -> bool:
+    """Return whether the thumb (0) and at least one opposite finger are among `touching`."""
+    return 0 in touching and len(touching) >= 2
+
+
+def _between(touching: Mapping[int, set[int]]) -> tuple[int, set[int]]:
+    """Return the body that most fingers touch, one on both sides if there is any, and which fingers.
+
+    Args:
+        touching: body -> the fingers that touch it.
+    """
+    return max(touching.items(), key=lambda one: (both_sides(one[1]), len(one[1])))
 
 
 class MotionListener(Protocol):
@@ -120,8 +134,10 @@ class ArmDriver:
         self.wait(0.08)
         return steps
 
-    def close(self, *bodies: int, squeeze: float = 1.0) -> set[int]:
-        """Close the fingers until they touch any of `bodies` on both sides; return which fingers touch.
+    def close(self, *bodies: int, squeeze: float = 1.0) -> tuple[int, set[int]]:
+        """Close the fingers until they touch one of `bodies` on both sides; return that one, and which fingers touch it.
+
+        What stands beside the hand may stop a finger too: without one that is between them, what the most touch.
 
         Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets a
         little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against them
@@ -134,25 +150,27 @@ class ArmDriver:
         self._begin("close hand")
         arm = self.arm
         targets = arm.finger_angles()
-        touched: set[int] = set()
+        touched = {body: set[int]() for body in bodies}
         patience = 1 if arm.welds else round(THIRD_FINGER_SECONDS / TIME_STEP)
         while patience:
-            free = [k for k in range(3) if k not in touched and targets[k] < ANGLES[-1]]
+            waiting = set[int]().union(*touched.values())
+            free = [k for k in range(3) if k not in waiting and targets[k] < ANGLES[-1]]
             if not free:
                 break
             targets[free] += FINGER_SPEED * TIME_STEP
             arm.command_fingers(list(targets))
             self.step()
-            for k in arm.touching(*bodies) - touched:
-                touched.add(k)
+            for body in bodies:
+                touched[body] |= arm.touching(body)
+            for k in set[int]().union(*touched.values()) - waiting:
                 targets[k] = arm.finger_angles()[k]
-            patience -= 0 in touched and len(touched) >= 2
+            patience -= any(map(both_sides, touched.values()))
         if arm.welds or not squeeze:
-            return touched
+            return _between(touched)
         effort = squeeze * FINGER_EFFORT / 2
         arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, effort, effort))
         self.wait(SQUEEZING_SECONDS)
-        return arm.touching(*bodies)
+        return _between({body: arm.touching(body) for body in bodies})
 
     def take(self, body: int) -> None:
         """Go on with `body` in the hand."""

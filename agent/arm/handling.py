@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 
 import numpy as np
 
 from agent.arm.arm_model import FINGER_OPEN
-from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, TRANSFER_SPEED, ArmDriver
+from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, TRANSFER_SPEED, ArmDriver, both_sides
 from agent.arm.events import Picked, Stopped
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ObjectPlan
@@ -18,11 +18,6 @@ LISTENING_STEPS = 5  # of physics: a contact may be missing in one of them
 LOST = "was lost on the way"
 BLOCKED = "was put back, because something has come to where it was to go"
 OPENED = 0.1  # rad by which all fingers give way only if the hand opens: what stands near may push one of them
-
-
-def both_sides(touching: Collection[int]) -> bool:
-    """Return whether the thumb (0) and at least one opposite finger are among `touching`."""
-    return 0 in touching and len(touching) >= 2
 
 
 class Handling:
@@ -58,11 +53,11 @@ class Handling:
         # A rim that is slid is caught between the fingers without pressing, which would drive them out of it.
         self._caught = grasp.slides and grasp.kind == "rim"
         squeeze = 0.0 if self._caught else FLAT_SQUEEZE if grasp.kind == "flat" else 1.0
-        touching = driver.close(*driver.world.bodies, squeeze=squeeze)
+        body, touching = driver.close(*driver.world.bodies, squeeze=squeeze)
         reason = "the fingers met no contact on both sides"
         if both_sides(touching):
             self._above = float(arm.world_from_ee()[2, 3]) - bottom
-            driver.take(max(driver.world.bodies, key=lambda body: len(arm.touching(body))))
+            driver.take(body)
             self.object, self._name, self._closed = plan.object, name, arm.finger_angles()
             driver.follow(plan.lift, f"lift {name}", CARTESIAN_SPEED)
             driver.wait(0.0 if arm.welds else HOLDING_SECONDS)

@@ -58,6 +58,7 @@ BESIDE = 0.015  # m from an object within which points of its colour may belong 
 APPENDAGE = 0.35  # of an object's points at most are a side that was not seen before, such as a handle
 FLAT = 0.02  # m high: what is no higher neither leans nor lies otherwise, as far as a camera can tell
 GUESSES = 3  # per object and group of points that are fitted
+ALL_WAYS = 12  # the same, of every way in which a block may have rolled over
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +127,10 @@ class Tracker:
         return list(self.tracks)
 
     def may_lie(self, index: int) -> bool:
-        """Return whether an object that the last picture shows upright looks about the same on its side or its head."""
+        """Return whether an object that the last picture shows upright looks about the same on its side.
+
+        On its head it may look the same too, but it comes there only by rolling over twice.
+        """
         shape, sight = self.shapes[index], self._sight
         pose = self.tracks[index].now_from_initial @ shape.world_from_shape
         among = np.zeros(len(sight.points), dtype=bool)
@@ -135,12 +139,12 @@ class Tracker:
         if len(own) < LEAST_GROUP:
             return True
         (upright,) = fit_together(sight, [shape], [pose], [free_turns(shape, pose)], among)
-        for start in guesses_from_points(shape, sight.points[own], pose, True, GUESSES):
+        starts = guesses_from_points(shape, sight.points[own], pose, True, ALL_WAYS)
+        for start in (one for one in starts if _on_side(one)):
             (first,) = fit_together(sight, [shape], [start], [FREE], among)
             (lying,) = fit_together(sight, [shape], [first.world_from_shape], [FREE], among)
-            if tilt_between(lying.world_from_shape, np.eye(4)) < FALLEN:
-                continue
-            if self._cost(index, lying, len(own)) < self._cost(index, upright, len(own)) + UPRIGHT_BONUS:
+            cost = self._cost(index, lying, len(own))
+            if _on_side(lying.world_from_shape) and cost < self._cost(index, upright, len(own)) + UPRIGHT_BONUS:
                 return True
         return False
 
@@ -292,6 +296,11 @@ class Tracker:
             if sight.evidence(self.shapes[index], guess).refuted_share <= REFUTED:
                 return Track(guess @ from_shape, False, False, before.error_m)
         return Track(before.now_from_initial, False, True, before.error_m)
+
+
+def _on_side(pose: np.ndarray) -> bool:
+    """Return whether a pose (4, 4) is neither upright nor upside down."""
+    return FALLEN < tilt_between(pose, np.eye(4)) < math.pi - FALLEN
 
 
 def _pieces(points: np.ndarray, group: np.ndarray) -> list[np.ndarray]:

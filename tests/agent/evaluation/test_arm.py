@@ -8,6 +8,7 @@ from agent.cli.app import command_line
 from agent.evaluation import arm
 from agent.evaluation.arm import _build_scene, _rates
 from agent.evaluation.scenes import with_sentences
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.benchmark.scenes import draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.planners.geometric import GeometricPlanner
@@ -74,7 +75,7 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
 
 def test_it_goes_on_where_it_was_killed(objects, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(arm, "_build_scene", quick)
-    options = (objects, "geometric", None, 1, 3, 8)
+    options = arm.ArmConfig(objects, seed=3, candidates=8, model="geometric"), FIRST_SHAPES, 1
     report = arm.measure_arm(*options, workers=0, out=tmp_path / "out")
     journal = tmp_path / "out" / "rows.jsonl"
     content = journal.read_bytes()
