@@ -39,6 +39,8 @@ TIPPED = 0.08  # m between where the foot of something stood and where it is whe
 SAME_HEIGHT = 0.015  # m by which the top of what stands may seem to be off
 ON_TABLE = 0.01  # m: what seems to stand higher by less stands on the table
 LYING = np.pi / 4  # rad: what is tilted by more has fallen over
+ON_SIDE = "may lie on its side, which looks the same"
+ON_HEAD = "may stand on its head, which looks the same"
 AWAY = pose_from_xyz_yaw(-5.0, 0.0, 0.0, 0.0)  # where planning takes what is gone to be: far from everything
 
 
@@ -66,7 +68,7 @@ class Eyes:
         hidden: those that the last picture does not show.
         unconfirmed: those that were placed where no picture has shown them since.
         unclear: those that lie, and of which the camera cannot tell one end from the other.
-        unsure: those that somebody has moved so far that they may have rolled over, and that look the same then.
+        doubts: why some that are seen upright may not be, in words that follow their names.
         unknown: (P, 3) of each thing that has appeared and belongs to nothing known.
     """
 
@@ -84,7 +86,7 @@ class Eyes:
         self.motions = [np.eye(4) for _ in every]
         self.measured = list(self.motions)
         self.gone, self.hidden, self.unclear = frozenset[int](), frozenset[int](), frozenset[int]()
-        self.unconfirmed, self.unsure = frozenset[int](), frozenset[int]()
+        self.unconfirmed, self.doubts = frozenset[int](), dict[int, str]()
         self.unknown: list[np.ndarray] = []
         self._tracker = Tracker(scene)
         picture = self.picture()
@@ -127,11 +129,13 @@ class Eyes:
                 now[:3, 3] += self.middle(k, track.now_from_initial @ from_first) - self.middle(k, before)
             if fallen and k not in unclear:
                 now, clear = self._with_foot(picture, k, now, before)
-                unclear |= set() if clear else {k}
+                if not clear:
+                    unclear.add(k)
+                    self.doubts[k] = ON_HEAD
             elif not fallen and _tilt(now) < MAX_TILT:
                 unclear.discard(k)
             if not fallen and (was_gone or self._may_have_rolled(k, now, before)) and self._tracker.may_lie(k):
-                self.unsure |= {k}
+                self.doubts[k] = ON_SIDE
             self.measured[k] = now
             if was_gone or self._strays(k, now):
                 self.motions[k] = now

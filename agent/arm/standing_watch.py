@@ -46,7 +46,7 @@ class StandingWatch:
             on.
         """
         self._placed[index] = goal_from_initial, support
-        trouble = self.trouble(index) or self._doubt(index)
+        trouble = self.trouble(index) or self._eyes.doubts.get(index, "")
         self._down = self._down | {index} if trouble else self._down - {index}
         return trouble, support_name(support, self._eyes.names)
 
@@ -62,7 +62,7 @@ class StandingWatch:
             during: what the arm has done since: "can 3 was placed".
         """
         for index in sorted(self._placed):
-            trouble = self.trouble(index) or self._doubt(index)
+            trouble = self.trouble(index) or self._eyes.doubts.get(index, "")
             if bool(trouble) != (index in self._down):
                 self._down ^= {index}
                 yield StandingChanged(index, self._eyes.names[index], not trouble, trouble, during)
@@ -75,11 +75,6 @@ class StandingWatch:
             return "cannot be seen where it was put"
         goal, support = self._placed[index]
         return standing_at(self._eyes, index, goal, support).trouble(support_name(support, self._eyes.names))
-
-
-    def _doubt(self, index: int) -> str:
-        """Say why it is not certain that a placed object stands as placed; empty if it is."""
-        return "may lie on its side, which looks the same" if index in self._eyes.unsure else ""
 
 
 def standing_at(eyes: Eyes, index: int, goal_from_initial: np.ndarray, support: int | None = None) -> Standing:

@@ -136,8 +136,8 @@ class Tracker:
         among = np.zeros(len(sight.points), dtype=bool)
         own = judge(sight, shape, pose).points
         among[own] = True
-        if len(own) < LEAST_GROUP:
-            return True
+        if shape.height < FLAT or len(own) < LEAST_GROUP:
+            return False
         (upright,) = fit_together(sight, [shape], [pose], [free_turns(shape, pose)], among)
         starts = guesses_from_points(shape, sight.points[own], pose, True, ALL_WAYS)
         for start in (one for one in starts if _on_side(one)):

@@ -198,8 +198,7 @@ class WorkLeft:
                 self._left_out.discard(index)
             return "go on"
         # What lies again after it was put upright is not tried once more: it may fell others.
-        for_good = index in self._eyes.unclear or index in self._uprighted
-        if change.what == "gone" or (change.what == "fallen" and for_good):
+        if change.what == "gone" or (change.what == "fallen" and index in self._uprighted):
             return self.leave_out(change) if index in self._moves else "go on"
         if index in self._moves and index not in self.watch:
             return "go on"

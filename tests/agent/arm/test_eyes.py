@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from agent.arm.eyes import Eyes
+from agent.arm.eyes import ON_SIDE, Eyes
 from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
 from agent.arm.standing_watch import StandingWatch
@@ -139,9 +139,9 @@ def test_what_may_have_rolled_over_and_looks_the_same_then_is_not_sure_to_stand(
         eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
         world.set_pose(0, pose_from_xyz_yaw(0.01, 0.0, 0.0, 0.0) @ world.pose(0))
         eyes.look({})
-        assert not eyes.unsure  # it may not have rolled over on so short a way
+        assert not eyes.doubts  # it may not have rolled over on so short a way
         world.set_pose(0, pushed @ world.pose(0))
         eyes.look({})
-        assert eyes.unsure == ({0} if alike else set())
+        assert eyes.doubts == ({0: ON_SIDE} if alike else {})
         trouble, _ = StandingWatch(eyes).place(0, eyes.motions[0], TABLE)
-        assert trouble == ("may lie on its side, which looks the same" if alike else "")
+        assert trouble == (ON_SIDE if alike else "")
