@@ -136,7 +136,7 @@ class _Builder:
         name = self.eyes.names[index]
         # now_from_initial once it is placed: its goal, or the place aside.
         target = step.plan.goal_from_now @ work.expected[index] if step.plan and step.plan.aside else None
-        current: ObjectPlan | None = step.plan if self._still_holds() else None
+        current: ObjectPlan | None = step.plan if self._still_holds() and not work.is_off(step) else None
         failed: list[Grasp] = []
         watched = True  # whether its goal is, on the way: until that was a false alarm
         reason = work.missing_support(step)

@@ -33,7 +33,7 @@ from agent.arm.registration import (
 )
 from agent.arm.sight import Sight, of_palette
 from agent.arm.tracked_shape import tracked_shape
-from structdiffusion.geometry import tilt_between
+from structdiffusion.geometry import raised, tilt_between
 from structdiffusion.observation import Scene, Table
 from structdiffusion.simulation.depth_camera import CameraImage
 
@@ -57,6 +57,7 @@ LEAST_STRANGER = 25  # points of what belongs to no object: 2 cm by 2 cm
 BESIDE = 0.015  # m from an object within which points of its colour may belong to it
 APPENDAGE = 0.35  # of an object's points at most are a side that was not seen before, such as a handle
 FLAT = 0.02  # m high: what is no higher neither leans nor lies otherwise, as far as a camera can tell
+STEPS = (0.0, -0.005, 0.005, -0.01, 0.01)  # m by which what was put down may be higher than expected
 GUESSES = 3  # per object and group of points that are fitted
 ALL_WAYS = 12  # the same, of every way in which a block may have rolled over
 
@@ -105,7 +106,8 @@ class Tracker:
         Args:
             picture: depth, points and colours; the segmentation is not read. The arm is out of view, or the depth of
                 its pixels is NaN.
-            expected: index -> now_from_initial (4, 4) where an object should be now, besides where it was last.
+            expected: index -> now_from_initial (4, 4) where an object should be now, besides where it was last. It may
+                stand a little lower or higher: what it was put on is known to millimetres only.
         """
         sight = self._sight = Sight(picture, self._area)
         guesses = [
@@ -312,4 +314,4 @@ def _pieces(points: np.ndarray, group: np.ndarray) -> list[np.ndarray]:
 
 
 def _given(expected: Mapping[int, np.ndarray], index: int) -> list[np.ndarray]:
-    return [expected[index]] if index in expected else []
+    return [raised(expected[index], step) for step in STEPS] if index in expected else []

@@ -22,7 +22,7 @@ from structdiffusion.observation import Arrangement
 from structdiffusion.simulation.world import TABLE
 
 PUSHED = 0.02  # m from its goal: worth another move
-LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
+LARGEST_CORRECTION = 0.02  # m by which an object follows the measured place of the one it will stand on, and its height
 ON_TABLE = 0.02  # m: what goes no higher and on no other object goes on the table
 MOST_PLACEMENTS = 3  # of one object: one that will not stand there is left as it is then
 MOST_CORRECTIONS = 1  # placements after the first, of one object that stands, only farther off than it should
@@ -75,16 +75,18 @@ class WorkLeft:
     # --- what stands -------------------------------------------------------------------------
 
     def goal(self, index: int) -> np.ndarray:
-        """Return goal_from_initial (4, 4), shifted with the object that it will stand on, by 2 cm at most."""
-        goal = self.goal_from_initial[index].copy()
+        """Return goal_from_initial (4, 4), shifted with the object that it will stand on: over where that is, by 2 cm at
+        most, and at the height at which its top is, as the camera has measured them.
+        """
+        goal, eyes = self.goal_from_initial[index].copy(), self._eyes
         under = self.stands_on[index]
-        if under is not None and under not in self._eyes.gone:
-            offset = self._eyes.middle(under, self._eyes.motions[under]) - self._eyes.middle(
-                under, self.goal_from_initial[under]
-            )
+        if under is not None and under not in eyes.gone:
+            now = eyes.measured[under] if under in self.watch else eyes.motions[under]
+            offset = eyes.middle(under, now) - eyes.middle(under, self.goal_from_initial[under])
             distance = float(np.linalg.norm(offset[:2]))
             if distance < 2 * LARGEST_CORRECTION:
                 goal[:2, 3] += offset[:2] * min(1.0, LARGEST_CORRECTION / max(distance, 1e-9))
+                goal[2, 3] += float(np.clip(offset[2], -LARGEST_CORRECTION, LARGEST_CORRECTION))
         return goal
 
     def support(self, index: int) -> int | None:
@@ -117,10 +119,11 @@ class WorkLeft:
     def _not_done(self) -> set[int]:
         """Return the objects that have to be moved: those that are not done, and what rests on them at the goal.
 
-        What stands, only farther off than it should, is moved when all else is done.
+        What stands, only farther off than it should, is moved when all else is done, or before anything is put onto it.
         """
         every = range(self._eyes.count)
-        found = {index for index in every if not self._is_done(index, math.inf)}
+        bases = {below for i, below in enumerate(self.stands_on) if i in self._moves and i not in self.watch}
+        found = {index for index in every if not self._is_done(index, PUSHED if index in bases else math.inf)}
         found = found or {index for index in every if not self._is_done(index, PUSHED)}
         while more := {i for i, below in enumerate(self.stands_on) if below in found and i in self.watch} - found:
             found |= more

@@ -26,6 +26,7 @@ from agent.arm.work_left import MOST_PLACEMENTS, PUSHED, WorkLeft
 from structdiffusion.footprints import stands_above
 from structdiffusion.observation import Arrangement
 
+MISSES = 0.006  # m: three times what a measured place and height err by
 REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
 
 
@@ -61,6 +62,14 @@ class WorkPlanner(WorkLeft):
         """Return whether what an object is to be put on has to be moved first."""
         under = None if step.plan is not None and step.plan.aside else self.stands_on[step.object]
         return under is not None and under in self.watch and under in self._not_done()
+
+    def is_off(self, step: Step) -> bool:
+        """Return whether the plan of a step would miss what the object is to be put on, as that was measured."""
+        if step.plan is None or step.plan.aside:
+            return False
+        eyes, index = self._eyes, step.object
+        planned = eyes.middle(index, step.plan.goal_from_now @ self.expected[index])
+        return float(np.linalg.norm(eyes.middle(index, self.goal(index)) - planned)) > MISSES
 
     def missing_support(self, step: Step) -> str:
         """Say why an object cannot be brought to its goal because of what it was to stand on; empty if it can."""
