@@ -30,7 +30,7 @@ def both_sides(touching: Collection[int]) -> bool:
     return 0 in touching and len(touching) >= 2
 
 
-def _between(touching: Mapping[int, set[int]]) -> tuple[int, set[int]]:
+def between(touching: Mapping[int, set[int]]) -> tuple[int, set[int]]:
     """Return the body that most fingers touch, one on both sides if there is any, and which fingers.
 
     Args:
@@ -139,9 +139,9 @@ class ArmDriver:
 
         What stands beside the hand may stop a finger too: without one that is between them, what the most touch.
 
-        Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets a
-        little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against them
-        both where it is.
+        Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets
+        a little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against
+        them both where it is.
 
         Args:
             bodies: what they may meet.
@@ -166,11 +166,11 @@ class ArmDriver:
                 targets[k] = arm.finger_angles()[k]
             patience -= any(map(both_sides, touched.values()))
         if arm.welds or not squeeze:
-            return _between(touched)
+            return between(touched)
         effort = squeeze * FINGER_EFFORT / 2
         arm.command_fingers(list(arm.finger_angles() + SQUEEZE), (FINGER_EFFORT, effort, effort))
         self.wait(SQUEEZING_SECONDS)
-        return _between({body: arm.touching(body) for body in bodies})
+        return between({body: arm.touching(body) for body in bodies})
 
     def take(self, body: int) -> None:
         """Go on with `body` in the hand."""

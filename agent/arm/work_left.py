@@ -22,7 +22,7 @@ from structdiffusion.observation import Arrangement
 from structdiffusion.simulation.world import TABLE
 
 PUSHED = 0.02  # m from its goal: worth another move
-LARGEST_CORRECTION = 0.02  # m by which an object follows the measured place of the one it will stand on, and its height
+LARGEST_CORRECTION = 0.02  # m by which an object follows the measured place and height of the one it will stand on
 ON_TABLE = 0.02  # m: what goes no higher and on no other object goes on the table
 MOST_PLACEMENTS = 3  # of one object: one that will not stand there is left as it is then
 MOST_CORRECTIONS = 1  # placements after the first, of one object that stands, only farther off than it should

@@ -83,9 +83,7 @@ def _rows(config: LoopConfig, loaded: LoadedPlanners, scene: GoalScene, kinds: S
     return [build.row(kind) for kind in kinds]
 
 
-def _proposed(
-    config: LoopConfig, loaded: LoadedPlanners, scene: GoalScene
-) -> tuple[Scene, list[GoalArrangement]]:
+def _proposed(config: LoopConfig, loaded: LoadedPlanners, scene: GoalScene) -> tuple[Scene, list[GoalArrangement]]:
     """Observe a scene, and return the observation and the arrangements that are worth a try, best first."""
     observed, spec = scene.observed(), scene.goal.plain_spec
     words = {}
