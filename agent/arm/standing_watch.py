@@ -97,9 +97,8 @@ def standing_at(eyes: Eyes, index: int, goal_from_initial: np.ndarray, support: 
 
 
 def _over(eyes: Eyes, index: int, support: int) -> bool:
-    """Return whether an object rests on the table, or over what was seen of its support."""
-    bottom = eyes.bottom(index)
+    """Return whether an object rests on the table, or over what was seen of its support: on that, or in its hollow."""
     if support == TABLE:
-        return bottom == 0.0
+        return eyes.bottom(index) == 0.0
     outline = eyes.outline(support).buffer(OVER)
-    return bottom > 0.0 and outline.contains(Point(eyes.cloud(index)[:, :2].mean(axis=0)))
+    return outline.contains(Point(eyes.cloud(index)[:, :2].mean(axis=0)))

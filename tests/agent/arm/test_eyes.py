@@ -10,7 +10,7 @@ from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
 from agent.arm.standing_watch import StandingWatch
 from structdiffusion.completion.surface import completed_scene
-from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, tilt_between
+from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, raised, tilt_between
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.simulation.world import TABLE, TabletopWorld
 
@@ -145,3 +145,19 @@ def test_what_may_have_rolled_over_and_looks_the_same_then_is_not_sure_to_stand(
         assert eyes.doubts == ({0: ON_SIDE} if alike else {})
         trouble, _ = StandingWatch(eyes).place(0, eyes.motions[0], TABLE)
         assert trouble == (ON_SIDE if alike else "")
+
+
+def test_what_stands_in_the_hollow_of_a_plate_rests_on_it():
+    """It stands 2 cm lower than on the plate's rim, where a solid plate would carry it."""
+    models = [procedural_object("plate", 36), procedural_object("block", 6)]
+    with TabletopWorld(models, [pose_from_xyz_yaw(0.5, 0.0, 0.0, 0.0), pose_from_xyz_yaw(0.35, 0.3, 0.0, 0.0)]) as world:
+        world.settle()
+        first = world.pose(1)
+        scene = world.observe(np.random.default_rng(0))
+        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        world.set_pose(1, pose_from_xyz_yaw(0.5, 0.0, models[0].height, 0.0))
+        world.settle(1.0)
+        now = world.pose(1) @ np.linalg.inv(first)
+        assert world.pose(1)[2, 3] < models[0].height - 0.015
+        eyes.look({1: now})
+        assert StandingWatch(eyes).place(1, raised(now, 0.023), 0) == ("", "plate")
