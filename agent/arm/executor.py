@@ -150,7 +150,7 @@ class _Builder:
             if isinstance(result, Picked):
                 yield result
                 work.watch.take_away(index)
-                watch = PlaceWatch(self.eyes, current, self.eyes.solid(index)) if watched else None
+                watch = PlaceWatch(self.eyes.camera, current, self.eyes.solid(index)) if watched else None
                 reason = self.hand.place(current, name, watch)
                 if not reason:
                     return (yield from self._placed(step, current, target, began))

@@ -10,14 +10,12 @@ import numpy as np
 from shapely import MultiPoint, contains_xy
 from shapely.geometry.base import BaseGeometry
 
-from agent.arm.arm_model import FINGERS
 from agent.arm.hand_fit import FLAT
 from agent.arm.kinematics import JacoArm
 from agent.arm.placement_order import bottom_at
 from agent.arm.registration import judge
-from agent.arm.self_filter import distance_to_arm
 from agent.arm.sight import Sight
-from agent.arm.state import ArmState
+from agent.arm.table_camera import TableCamera, in_box
 from agent.arm.tracking import Track, Tracker
 from structdiffusion.completion.surface import completed_points
 from structdiffusion.evaluation_protocol import MAX_TILT
@@ -27,7 +25,6 @@ from structdiffusion.simulation.depth_camera import CameraImage
 from structdiffusion.simulation.visible_points import MIN_POINTS
 from structdiffusion.simulation.world import TabletopWorld
 
-ARM_MARGIN = 0.03  # m around the arm's collision solids, which are simpler than what the camera sees of it
 STILL, STILL_TURN = 0.006, 0.1  # m, rad: what seems to have moved by less has not; so much is the tracker's noise
 LOST = 0.03  # m: what the tracker finds farther off before anything has moved, it cannot follow
 DISTINCT = 0.006  # m: three times the camera's noise at the table
@@ -60,6 +57,7 @@ class Eyes:
 
     Attributes:
         scene: as given.
+        camera: takes the pictures.
         count: the number of its objects; the distractors follow them in every list.
         clouds: (P, 3) of each, as it was seen first.
         motions: now_from_initial (4, 4) of each, as far as known.
@@ -75,7 +73,7 @@ class Eyes:
     def __init__(
         self, world: TabletopWorld, arm: JacoArm, scene: Scene, solid: Scene, rng: np.random.Generator
     ) -> None:
-        self._world, self._arm, self._rng, self.scene = world, arm, rng, scene
+        self.camera, self._lens, self.scene = TableCamera(world, arm, rng), world.camera, scene
         every = (*scene.objects, *scene.distractors)
         self.names = [cloud.name for cloud in every]
         self.count = len(scene.objects)
@@ -89,8 +87,7 @@ class Eyes:
         self.unconfirmed, self.doubts = frozenset[int](), dict[int, str]()
         self.unknown: list[np.ndarray] = []
         self._tracker = Tracker(scene)
-        picture = self.picture()
-        self._depth = picture.depth
+        picture = self.camera.picture()
         # A fit may be off a little from the beginning, by what completion errs; all motions are counted from there.
         self._first = [np.eye(4) for _ in every]
         tracks = self._tracker.look(picture)
@@ -108,8 +105,7 @@ class Eyes:
         Args:
             expected: index -> now_from_initial (4, 4) of what the arm has moved since the last picture.
         """
-        picture = self.picture()
-        self._depth = picture.depth
+        picture = self.camera.picture()
         given = {k: motion @ self._first[k] for k, motion in expected.items()}
         tracks = self._tracker.look(picture, given)
         gone, hidden, unclear = set[int](), set[int](), set(self.unclear)
@@ -212,55 +208,12 @@ class Eyes:
         """
         points = self.cloud(k)
         points = points[points[:, 2] > self.bottom(k) + DISTINCT]
-        camera = self._world.camera
-        columns, rows = np.floor(camera.pixels(points)).astype(int).T
-        inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
+        columns, rows = np.floor(self._lens.pixels(points)).astype(int).T
+        inside = (columns >= 0) & (columns < self._lens.width) & (rows >= 0) & (rows < self._lens.height)
         away = (points - picture.world_from_camera[:3, 3]) @ picture.world_from_camera[:3, 2]
         behind = picture.depth[rows[inside], columns[inside]] - away[inside]
         agree, refuted = (np.abs(behind) < DISTINCT).sum(), (behind >= DISTINCT).sum()
         return bool(agree >= MIN_POINTS and agree > MOST * (agree + refuted))
-
-    def picture(self) -> CameraImage:
-        """Take a picture in which nothing is measured where the arm is."""
-        picture = self._world.look(self._rng)
-        arm = ~self.off_arm(picture.points.reshape(-1, 3))
-        depth, seen = picture.depth.copy(), picture.points.copy()
-        depth.flat[arm] = np.nan
-        seen.reshape(-1, 3)[arm] = np.nan
-        return replace(picture, depth=depth, points=seen)
-
-    def off_arm(self, points: np.ndarray) -> np.ndarray:
-        """Return which points (P, 3) of a picture taken now do not show the arm."""
-        kinematics = self._arm.kinematics
-        joints = dict(zip(kinematics.model.joints, self._arm.configuration().tolist(), strict=True))
-        joints |= dict(zip(FINGERS, self._arm.finger_angles().tolist(), strict=True))
-        points = transform_points(np.linalg.inv(kinematics.world_from_base), points)
-        near = np.flatnonzero(_in_box(points, self._reach(joints)))
-        off = np.ones(len(points), dtype=bool)
-        off[near[distance_to_arm(points[near], ArmState(kinematics.model.name, joints)) < ARM_MARGIN]] = False
-        return off
-
-    def glance(self) -> tuple[np.ndarray, np.ndarray]:
-        """Take a picture without looking for anything in it; the arm may be in view.
-
-        Returns:
-            Its points (H, W, 3), world frame, and by how many metres (H, W) they are nearer than those of the last
-            look's picture; NaN where either does not tell.
-        """
-        picture = self._world.look(self._rng)
-        return picture.points, self._depth - picture.depth
-
-    def world_from_ee(self) -> np.ndarray:
-        """Return the pose (4, 4) of the hand now, as the joints have it."""
-        return self._arm.world_from_ee()
-
-    def _reach(self, joints: Mapping[str, float]) -> np.ndarray:
-        """Return the corners (2, 3) of a box around the arm in the frame of its base."""
-        model = self._arm.kinematics.model
-        poses = model.link_poses(joints)
-        middles = np.array([(poses[solid.link] @ solid.link_from_solid)[:3, 3] for solid in model.solids])
-        radii = np.array([np.linalg.norm(solid.sides) / 2 + ARM_MARGIN for solid in model.solids])[:, None]
-        return np.stack(((middles - radii).min(axis=0), (middles + radii).max(axis=0)))
 
     def _apart(self, k: int, track: Track) -> float:
         """Return how far a track is from where something is taken to be, metres."""
@@ -335,15 +288,10 @@ def _tilt(motion: np.ndarray) -> float:
     return tilt_between(motion, np.eye(4))
 
 
-def _in_box(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return which points (P, 3) lie in a box with corners (2, 3); none that is NaN."""
-    return ((points > corners[0]) & (points < corners[1])).all(axis=1)
-
-
 def is_among(cloud: np.ndarray, others: list[np.ndarray]) -> bool:
     """Return whether a cloud (P, 3) covers the middle of any of others, or the other way round."""
     return any(
-        _in_box(a.mean(axis=0)[None], np.stack((b.min(axis=0), b.max(axis=0))))[0]
+        in_box(a.mean(axis=0)[None], np.stack((b.min(axis=0), b.max(axis=0))))[0]
         for other in others
         for a, b in ((cloud, other), (other, cloud))
     )

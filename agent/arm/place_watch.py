@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 from shapely import MultiPoint, contains_xy, prepare
 
-from agent.arm.eyes import ARM_MARGIN, Eyes
 from agent.arm.object_planner import ObjectPlan
 from agent.arm.placement_order import GOAL_CLEARANCE
+from agent.arm.table_camera import ARM_MARGIN, TableCamera
 from structdiffusion.geometry import transform_points
 from structdiffusion.simulation.world import TIME_STEP
 
@@ -25,7 +25,7 @@ class PlaceWatch:
     object in the hand, is not known.
 
     Args:
-        eyes: take the pictures.
+        camera: takes the pictures.
         plan: of the object in the hand.
         solid: (P, 3) the object with its hidden sides where it was taken, world frame, metres.
 
@@ -33,8 +33,8 @@ class PlaceWatch:
         blocked: whether something has come to the place.
     """
 
-    def __init__(self, eyes: Eyes, plan: ObjectPlan, solid: np.ndarray) -> None:
-        self._eyes, self.blocked, self._steps = eyes, False, 0
+    def __init__(self, camera: TableCamera, plan: ObjectPlan, solid: np.ndarray) -> None:
+        self._camera, self.blocked, self._steps = camera, False, 0
         self._held = cKDTree(transform_points(np.linalg.inv(plan.grasp.world_from_ee), solid))
         goal = transform_points(plan.goal_from_now, solid)
         self._outline = MultiPoint(goal[:, :2]).convex_hull.buffer(GOAL_CLEARANCE)
@@ -51,12 +51,12 @@ class PlaceWatch:
 
     def _come(self) -> np.ndarray:
         """Return the points (P, 3) that are at the place now and were not before."""
-        seen, nearer = self._eyes.glance()
+        seen, nearer = self._camera.glance()
         with np.errstate(invalid="ignore"):
             inside = (nearer > NEARER) & ((seen > self._corners[0]) & (seen < self._corners[1])).all(axis=-1)
         points = seen[inside]
         points = points[contains_xy(self._outline, points[:, :2])]
         if len(points):
-            in_hand = transform_points(np.linalg.inv(self._eyes.world_from_ee()), points)
+            in_hand = transform_points(np.linalg.inv(self._camera.world_from_ee()), points)
             points = points[self._held.query(in_hand)[0] > ARM_MARGIN]
-        return points[self._eyes.off_arm(points)]
+        return points[self._camera.off_arm(points)]

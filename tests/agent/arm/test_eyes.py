@@ -45,7 +45,7 @@ def table():
 
 
 def test_the_arm_is_in_no_picture(table):
-    picture = table.eyes.picture()
+    picture = table.eyes.camera.picture()
     arm = picture.segmentation == table.arm.body
     assert arm.sum() > 1000 and not np.isfinite(picture.depth[arm]).any() and not np.isfinite(picture.points[arm]).any()
     objects = np.isin(picture.segmentation, table.world.bodies[:3])
