@@ -163,7 +163,7 @@ class _Builder:
                 reason = result
                 yield PickFailed(index, name, current.grasp.kind, attempt, reason)
                 failed.append(current.grasp)
-            self.eyes.look({})
+            self.eyes.look({}, index if reason == LOST else None)
             if (yield from self._compare({}, f"{name} was moved", index)):
                 return True
             current = None

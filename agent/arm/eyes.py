@@ -99,11 +99,12 @@ class Eyes:
                 self._first[k] = track.now_from_initial
         self._unexplained = list(self._tracker.unknown)  # it was there from the beginning
 
-    def look(self, expected: Mapping[int, np.ndarray]) -> None:
+    def look(self, expected: Mapping[int, np.ndarray], dropped: int | None = None) -> None:
         """Take a picture and find everything in it.
 
         Args:
             expected: index -> now_from_initial (4, 4) of what the arm has moved since the last picture.
+            dropped: what has fallen out of the hand since then.
         """
         picture = self.camera.picture()
         given = {k: motion @ self._first[k] for k, motion in expected.items()}
@@ -130,8 +131,11 @@ class Eyes:
                     self.doubts[k] = ON_HEAD
             elif not fallen and _tilt(now) < MAX_TILT:
                 unclear.discard(k)
-            if not fallen and (was_gone or self._may_have_rolled(k, now, before)) and self._tracker.may_lie(k):
-                self.doubts[k] = ON_SIDE
+            if not fallen and (was_gone or k == dropped or self._may_have_rolled(k, now, before)):
+                if self._tracker.may_be_rolled(k, on_head=False):
+                    self.doubts[k] = ON_SIDE
+                elif (k == dropped or self._has_sunk(k, now, before)) and self._tracker.may_be_rolled(k, on_head=True):
+                    self.doubts[k] = ON_HEAD
             self.measured[k] = now
             if was_gone or self._strays(k, now):
                 self.motions[k] = now
@@ -154,6 +158,10 @@ class Eyes:
         """
         apart = np.linalg.norm(self.middle(k, now) - self.middle(k, before))
         return bool(apart > max(STILL, 0.5 * np.ptp(self.clouds[k][:, :2], axis=0).min()))
+
+    def _has_sunk(self, k: int, now: np.ndarray, before: np.ndarray) -> bool:
+        """Return whether something has fallen off something, and may have rolled over twice."""
+        return bool((self.middle(k, before) - self.middle(k, now))[2] > SAME_HEIGHT)
 
     def _seems_upright(self, picture: CameraImage, k: int, now: np.ndarray, before: np.ndarray) -> bool:
         """Return whether what a track takes to have fallen over may as well stand: it is as high as before, or flat.

@@ -128,10 +128,8 @@ class Tracker:
         self.unknown = self._strangers(sight, found)
         return list(self.tracks)
 
-    def may_lie(self, index: int) -> bool:
-        """Return whether an object that the last picture shows upright looks about the same on its side.
-
-        On its head it may look the same too, but it comes there only by rolling over twice.
+    def may_be_rolled(self, index: int, on_head: bool) -> bool:
+        """Return whether an object that the last picture shows upright looks about the same on its side, or on its head.
         """
         shape, sight = self.shapes[index], self._sight
         pose = self.tracks[index].now_from_initial @ shape.world_from_shape
@@ -142,11 +140,11 @@ class Tracker:
             return False
         (upright,) = fit_together(sight, [shape], [pose], [free_turns(shape, pose)], among)
         starts = guesses_from_points(shape, sight.points[own], pose, True, ALL_WAYS)
-        for start in (one for one in starts if _on_side(one)):
+        for start in (one for one in starts if _is_rolled(one, on_head)):
             (first,) = fit_together(sight, [shape], [start], [FREE], among)
             (lying,) = fit_together(sight, [shape], [first.world_from_shape], [FREE], among)
             cost = self._cost(index, lying, len(own))
-            if _on_side(lying.world_from_shape) and cost < self._cost(index, upright, len(own)) + UPRIGHT_BONUS:
+            if _is_rolled(lying.world_from_shape, on_head) and cost < self._cost(index, upright, len(own)) + UPRIGHT_BONUS:
                 return True
         return False
 
@@ -300,9 +298,10 @@ class Tracker:
         return Track(before.now_from_initial, False, True, before.error_m)
 
 
-def _on_side(pose: np.ndarray) -> bool:
-    """Return whether a pose (4, 4) is neither upright nor upside down."""
-    return FALLEN < tilt_between(pose, np.eye(4)) < math.pi - FALLEN
+def _is_rolled(pose: np.ndarray, on_head: bool) -> bool:
+    """Return whether a pose (4, 4) is on its side, or on its head."""
+    tilt = tilt_between(pose, np.eye(4))
+    return tilt > math.pi - FALLEN if on_head else FALLEN < tilt < math.pi - FALLEN
 
 
 def _pieces(points: np.ndarray, group: np.ndarray) -> list[np.ndarray]:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from agent.arm.eyes import ON_SIDE, Eyes
+from agent.arm.eyes import ON_HEAD, ON_SIDE, Eyes
 from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
 from agent.arm.standing_watch import StandingWatch
@@ -145,6 +145,20 @@ def test_what_may_have_rolled_over_and_looks_the_same_then_is_not_sure_to_stand(
         assert eyes.doubts == ({0: ON_SIDE} if alike else {})
         trouble, _ = StandingWatch(eyes).place(0, eyes.motions[0], TABLE)
         assert trouble == (ON_SIDE if alike else "")
+
+
+@pytest.mark.parametrize("kind, index, doubt", [("can", 4, {0: ON_HEAD}), ("jar", 5, {})])
+def test_what_fell_out_of_the_hand_may_stand_on_its_head(kind, index, doubt):
+    """A can has two ends alike; what was pushed along the table does not come to stand on its head."""
+    with TabletopWorld([procedural_object(kind, index)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.3)]) as world:
+        world.settle()
+        scene = world.observe(np.random.default_rng(0))
+        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        world.set_pose(0, pose_from_xyz_yaw(0.0, 0.1, 0.0, 0.0) @ world.pose(0))
+        eyes.look({})
+        assert not eyes.doubts
+        eyes.look({}, dropped=0)
+        assert eyes.doubts == doubt
 
 
 def test_what_stands_in_the_hollow_of_a_plate_rests_on_it():
