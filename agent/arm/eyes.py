@@ -29,6 +29,7 @@ STILL, STILL_TURN = 0.006, 0.1  # m, rad: what seems to have moved by less has n
 LOST = 0.03  # m: what the tracker finds farther off before anything has moved, it cannot follow
 DISTINCT = 0.006  # m: three times the camera's noise at the table
 MOST = 0.6  # share of the points seen first that show an object where it was
+NEARLY_ALL = 0.85  # the same, of one that stands there: what leans covers most of the same place
 BESIDE = 0.01  # m around what is known, where points that it does not explain are its own: a handle, a rim
 ALIKE = 0.2  # of the share that the picture supports: ends that differ by less may be taken for one another
 NEARLY = 0.05  # the same, for what has fallen elsewhere: its foot cannot be told by where it stood
@@ -116,7 +117,8 @@ class Eyes:
             from_first = np.linalg.inv(self._first[k])
             now = track.now_from_initial @ from_first
             fallen = track.seen and tilt_between(now, before) > MAX_TILT
-            if k in self._untracked or (not was_gone and (track.gone or fallen) and self._shows(picture, k)):
+            share = self._shown(picture, k) if not was_gone and (track.gone or fallen) else 0.0
+            if k in self._untracked or share > (MOST if track.gone else NEARLY_ALL):
                 continue
             if not track.seen:
                 (gone if track.gone else hidden).add(k)
@@ -173,6 +175,8 @@ class Eyes:
         cloud = self.clouds[k]
         if k in self._doubtful or np.ptp(cloud[:, 2]) < FLAT:  # both sides of what is flat look alike
             return True
+        if tilt_between(now, before) < LYING:  # what leans is about as high as what stands
+            return False
         middle, seen = self.middle(k, now), picture.points.reshape(-1, 3)
         near = 0.4 * min(np.ptp(cloud[:, 0]), np.ptp(cloud[:, 1]))
         high = seen[np.hypot(*(seen[:, :2] - middle[:2]).T) < near, 2]
@@ -209,8 +213,8 @@ class Eyes:
             return (now, turned)[int(np.argmin(away))], True
         return now, shares[1] < shares[0] - NEARLY
 
-    def _shows(self, picture: CameraImage, k: int) -> bool:
-        """Return whether a picture shows something just where it is taken to be: most of the points seen first.
+    def _shown(self, picture: CameraImage, k: int) -> float:
+        """Return the share of the points seen first that a picture shows just where something is taken to be.
 
         The tracker's bodies are completed by guess; where what stood on one has been taken away, the guess may not fit.
         """
@@ -221,7 +225,7 @@ class Eyes:
         away = (points - picture.world_from_camera[:3, 3]) @ picture.world_from_camera[:3, 2]
         behind = picture.depth[rows[inside], columns[inside]] - away[inside]
         agree, refuted = (np.abs(behind) < DISTINCT).sum(), (behind >= DISTINCT).sum()
-        return bool(agree >= MIN_POINTS and agree > MOST * (agree + refuted))
+        return float(agree / (agree + refuted)) if agree >= MIN_POINTS else 0.0
 
     def _apart(self, k: int, track: Track) -> float:
         """Return how far a track is from where something is taken to be, metres."""

@@ -147,6 +147,18 @@ def test_what_may_have_rolled_over_and_looks_the_same_then_is_not_sure_to_stand(
         assert trouble == (ON_SIDE if alike else "")
 
 
+def test_what_leans_does_not_stand():
+    """A low can that leans by 20 degrees is as high as one that stands."""
+    with TabletopWorld([procedural_object("can", 37)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.0)]) as world:
+        world.settle()
+        scene = world.observe(np.random.default_rng(0))
+        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        world.set_pose(0, pose_from_xyz_rpy((0.5, 0.1, 0.04), (math.radians(20), 0.0, 0.0)))
+        world.hold(0)
+        eyes.look({0: pose_from_xyz_yaw(0.1, 0.1, 0.03, 0.0)})
+        assert math.degrees(tilt_between(eyes.motions[0], np.eye(4))) == pytest.approx(20, abs=3)
+
+
 @pytest.mark.parametrize("kind, index, doubt", [("can", 4, {0: ON_HEAD}), ("jar", 5, {})])
 def test_what_fell_out_of_the_hand_may_stand_on_its_head(kind, index, doubt):
     """A can has two ends alike; what was pushed along the table does not come to stand on its head."""
