@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -126,7 +126,7 @@ class Eyes:
             if fallen and self._seems_upright(picture, k, now, before):
                 now, fallen = raised(before, 0.0), False
                 now[:3, 3] += self.middle(k, track.now_from_initial @ from_first) - self.middle(k, before)
-            if fallen and k not in unclear:
+            if fallen and k not in unclear and tilt_between(now, before) > LYING:
                 now, clear = self._with_foot(picture, k, now, before)
                 if not clear:
                     unclear.add(k)
@@ -134,25 +134,33 @@ class Eyes:
             elif not fallen and _tilt(now) < MAX_TILT:
                 unclear.discard(k)
             if not fallen and (was_gone or k == dropped or self._may_have_rolled(k, now, before)):
-                if self._tracker.may_be_rolled(k, on_head=False):
-                    self.doubts[k] = ON_SIDE
-                elif (k == dropped or self._has_sunk(k, now, before)) and self._tracker.may_be_rolled(k, on_head=True):
-                    self.doubts[k] = ON_HEAD
+                self._doubt(k, k == dropped or self._has_sunk(k, now, before))
             self.measured[k] = now
             if was_gone or self._strays(k, now):
                 self.motions[k] = now
         self.gone, self.hidden, self.unclear = frozenset(gone), frozenset(hidden), frozenset(unclear)
         self.unconfirmed = (self.unconfirmed | expected.keys()) & self.hidden
-        here = [k for k in range(len(self.names)) if k not in gone]
+        self.unknown = list(self._strangers())
+
+    def _strangers(self) -> Iterator[np.ndarray]:
+        """Yield the clouds (P, 3) of what was not there at first and belongs to nothing known.
+
+        What lies beside that may be a side of it that was not seen; what is on it is none.
+        """
+        here = [k for k in range(len(self.names)) if k not in self.gone]
         around = [(self.outline(k).buffer(BESIDE), float(self.cloud(k)[:, 2].max()) + BESIDE) for k in here]
-
-        def strange(cloud: np.ndarray) -> np.ndarray:
-            """Return which points (P,) of a cloud are not beside something known, but apart from it or on it."""
+        for cloud in self._tracker.unknown:
             own = (contains_xy(outline, cloud[:, :2]) & (cloud[:, 2] < top) for outline, top in around)
-            return ~np.any([*own, np.zeros(len(cloud), dtype=bool)], axis=0)
+            strange = ~np.any([*own, np.zeros(len(cloud), dtype=bool)], axis=0)
+            if strange.mean() > 0.5 and not is_among(cloud, self._unexplained):
+                yield cloud[strange]
 
-        others = (one for one in self._tracker.unknown if not is_among(one, self._unexplained))
-        self.unknown = [one[strange(one)] for one in others if strange(one).mean() > 0.5]
+    def _doubt(self, k: int, fell: bool) -> None:
+        """Doubt whether something is upright that has been moved and looks the same otherwise."""
+        if self._tracker.may_be_rolled(k, on_head=False):
+            self.doubts[k] = ON_SIDE
+        elif fell and self._tracker.may_be_rolled(k, on_head=True):
+            self.doubts[k] = ON_HEAD
 
     def _may_have_rolled(self, k: int, now: np.ndarray, before: np.ndarray) -> bool:
         """Return whether something is so far from where it was or was put that it may have rolled over on the way: by
