@@ -16,7 +16,7 @@ from agent.arm.recovery import SETTLE_SECONDS, fold, set_down_below, withdraw
 HOLDING_SECONDS = 0.2  # for which an object is held after the lift before it counts
 LISTENING_STEPS = 5  # of physics: a contact may be missing in one of them
 LOST = "was lost on the way"
-BLOCKED = "was put back, because something has come to where it was to go"
+BLOCKED = "was put back, because somebody has changed something where it was to go"
 OPENED = 0.1  # rad by which all fingers give way only if the hand opens: what stands near may push one of them
 
 
@@ -92,8 +92,8 @@ class Handling:
         Args:
             plan: its plan.
             name: of the object.
-            blocked: asked after every step on the way whether something has come to its goal; then it is put back where
-                it was taken or, if it is slid, let go where it is.
+            blocked: asked after every step on the way whether it cannot be put there any more; then it is put back
+                where it was taken or, if it is slid, let go where it is.
 
         Returns:
             Why it is not there, `LOST` or `BLOCKED`; empty if it was in the hand to the end.

@@ -29,7 +29,7 @@ class TableCamera:
 
     def __init__(self, world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> None:
         self._world, self._arm, self._rng = world, arm, rng
-        self._depth = np.full((world.camera.height, world.camera.width), np.nan)
+        self._depth, self._points = np.empty((0, 0)), np.empty((0, 0, 3))  # of the last picture
 
     def picture(self) -> CameraImage:
         """Take a picture in which nothing is measured where the arm is."""
@@ -38,18 +38,18 @@ class TableCamera:
         depth, seen = picture.depth.copy(), picture.points.copy()
         depth.flat[arm] = np.nan
         seen.reshape(-1, 3)[arm] = np.nan
-        self._depth = depth
+        self._depth, self._points = depth, seen
         return replace(picture, depth=depth, points=seen)
 
-    def glance(self) -> tuple[np.ndarray, np.ndarray]:
-        """Take a picture with the arm in view.
+    def glance(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Take a picture with the arm in view, after a `picture` without it.
 
         Returns:
-            Its points (H, W, 3), world frame, and by how many metres (H, W) they are nearer than those of the last
-            `picture`; NaN where either does not tell.
+            Its points (H, W, 3), world frame, those of the last `picture`, and by how many metres (H, W) they are
+            nearer now; NaN where either does not tell.
         """
         picture = self._world.look(self._rng)
-        return picture.points, self._depth - picture.depth
+        return picture.points, self._points, self._depth - picture.depth
 
     def off_arm(self, points: np.ndarray) -> np.ndarray:
         """Return which points (P, 3) of a picture taken now do not show the arm."""

@@ -167,6 +167,24 @@ def test_what_is_put_in_the_way_is_set_aside_and_nothing_is_put_onto_it(where):
     assert sorted({event.object for event in build.of(Placed)}) == [0, 1, 2] and build.off.max() < 0.03
 
 
+def test_nothing_is_let_go_over_what_was_to_carry_it_and_is_gone():
+    """Somebody takes the lower block away while the upper one is in the hand."""
+    height = procedural_object("block", 0).height
+
+    def take_away(build, event):
+        once(
+            build,
+            lambda: build.world.set_pose(0, AWAY),
+            lambda event: isinstance(event, Picked) and event.object == 1,
+        )
+
+    build = Build(("block", "block"), [(0.55, 0.2, 0.0), (0.55, 0.2, height)], take_away)
+    assert [event.reason for event in build.of(PlaceFailed)][:1] == [BLOCKED]
+    assert [(event.object, event.what) for event in build.of(Noticed)] == [(0, "gone")]
+    assert [event.object for event in build.of(Placed)] == [0]
+    assert build.ends[1][2, 3] < 0.005 and np.linalg.norm(build.ends[1][:2, 3] - ROW[1][:2]) < 0.02  # it is put back
+
+
 @pytest.mark.parametrize("hold", ["weld", "friction"])
 def test_what_falls_out_of_the_hand_is_taken_again(hold):
     build = Build(("box",), [(0.5, 0.1, 0.0)], "drop", hold)
