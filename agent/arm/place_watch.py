@@ -55,7 +55,7 @@ class PlaceWatch:
         return self.blocked
 
     def _there(self, points: np.ndarray, which: np.ndarray, corners: np.ndarray) -> np.ndarray:
-        """Return the chosen ones (H, W) of the points (H, W, 3) that are over the place, in a box with corners (2, 3)."""
+        """Return the chosen ones (H, W) of points (H, W, 3) that are over the place, in a box with corners (2, 3)."""
         with np.errstate(invalid="ignore"):
             inside = which & ((points > corners[0]) & (points < corners[1])).all(axis=-1)
         found = points[inside]
