@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +14,7 @@ from agent.arm.kinematics import JacoArm
 from agent.arm.trajectories import trajectory
 from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 
+TRANSFER_SPEED = 0.9  # of the joints' limits, where nothing is near
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 HALTING_SECONDS = 0.2
 THIRD_FINGER_SECONDS = 0.3  # that the third finger gets after both sides touch
@@ -27,6 +28,20 @@ TIP_LEAD = 0.05  # rad ahead of a tip that its motor aims for, so that it folds 
 FLAT_SQUEEZE = 0.25  # share of the force on what is flat: cutlery is light, and rolls between fingers that press harder
 SLIDING_SPEED = 0.2  # of the joints' limits, with an object that the table carries
 GRIP_ITERATIONS = 200  # of the engine's solver, which it takes to bring the motors' torque to the contacts
+
+
+def both_sides(touching: Collection[int]) -> bool:
+    """Return whether the thumb (0) and at least one opposite finger are among `touching`."""
+    return 0 in touching and len(touching) >= 2
+
+
+def between(touching: Mapping[int, set[int]]) -> tuple[int, set[int]]:
+    """Return the body that most fingers touch, one on both sides if there is any, and which fingers.
+
+    Args:
+        touching: body -> the fingers that touch it.
+    """
+    return max(touching.items(), key=lambda one: (both_sides(one[1]), len(one[1])))
 
 
 class MotionListener(Protocol):
@@ -96,29 +111,42 @@ class ArmDriver:
         for _ in range(round(seconds / TIME_STEP)):
             self.step()
 
-    def follow(self, path: np.ndarray, doing: str, speed: float = 0.9) -> None:
+    def follow(
+        self, path: np.ndarray, doing: str, speed: float = TRANSFER_SPEED, stop: Callable[[], bool] | None = None
+    ) -> np.ndarray:
         """Drive the joints along a path (T, n), from wherever its continuous joints have wound to.
 
         Args:
             path: joint angles.
             doing: the purpose, as passed to the listener.
             speed: a fraction of the joints' speed limits.
+            stop: asked after every step whether to stop there.
+
+        Returns:
+            The joint angles (S, n) that were commanded, step by step.
         """
         self._begin(doing)
         now, model = self.arm.configuration(), self.arm.kinematics.model
         turns = 2 * np.pi * np.round((now - path[0]) / (2 * np.pi))
         path = path + np.where(model.continuous, turns, 0.0)
-        for q in trajectory(np.concatenate((now[None], path)), TIME_STEP, model.velocity * speed):
+        steps = trajectory(np.concatenate((now[None], path)), TIME_STEP, model.velocity * speed)
+        for count, q in enumerate(steps, start=1):
             self.arm.command(q)
             self.step()
+            if stop is not None and stop():
+                steps = steps[:count]
+                break
         self.wait(0.08)
+        return steps
 
-    def close(self, *bodies: int, squeeze: float = 1.0) -> set[int]:
-        """Close the fingers until they touch any of `bodies` on both sides; return which fingers touch.
+    def close(self, *bodies: int, squeeze: float = 1.0) -> tuple[int, set[int]]:
+        """Close the fingers until they touch one of `bodies` on both sides; return that one, and which fingers touch it.
 
-        Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets a
-        little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against them
-        both where it is.
+        What stands beside the hand may stop a finger too: without one that is between them, what the most touch.
+
+        Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets
+        a little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against
+        them both where it is.
 
         Args:
             bodies: what they may meet.
@@ -127,23 +155,25 @@ class ArmDriver:
         self._begin("close hand")
         arm = self.arm
         targets = arm.finger_angles()
-        touched: set[int] = set()
+        touched = {body: set[int]() for body in bodies}
         patience = 1 if arm.welds else round(THIRD_FINGER_SECONDS / TIME_STEP)
         while patience:
-            free = [k for k in range(3) if k not in touched and targets[k] < ANGLES[-1]]
+            waiting = set[int]().union(*touched.values())
+            free = [k for k in range(3) if k not in waiting and targets[k] < ANGLES[-1]]
             if not free:
                 break
             targets[free] += FINGER_SPEED * TIME_STEP
             arm.command_fingers(list(targets))
             self.step()
-            for k in arm.touching(*bodies) - touched:
-                touched.add(k)
+            for body in bodies:
+                touched[body] |= arm.touching(body)
+            for k in set[int]().union(*touched.values()) - waiting:
                 targets[k] = arm.finger_angles()[k]
-            patience -= 0 in touched and len(touched) >= 2
+            patience -= any(map(both_sides, touched.values()))
         if arm.welds or not squeeze:
-            return touched
+            return between(touched)
         self._squeeze(squeeze * FINGER_EFFORT / 2)
-        return arm.touching(*bodies)
+        return between({body: arm.touching(body) for body in bodies})
 
     def _squeeze(self, effort: float) -> None:
         """Press with fingers 2 and 3, `effort` Nm each, while the thumb holds against them; the tips fold meanwhile."""

@@ -128,9 +128,9 @@ class Noticed(ArmEvent):
     Attributes:
         object: its index, or `None` for something that takes no part, or belongs to no known object.
         name: its name; "something" where nothing known looks like it.
-        what: "moved", "gone", "appeared", "fallen" or "not in the hand".
+        what: "moved", "gone", "appeared", "fallen", "in the way" or "not in the hand".
         detail: in words that follow the name.
-        action: "go on", "place again", "take down", "lay out anew", "leave out" or "end".
+        action: "go on", "place again", "take down", "set aside", "lay out anew", "leave out" or "end".
     """
 
     object: int | None
@@ -138,6 +138,25 @@ class Noticed(ArmEvent):
     what: str
     detail: str
     action: str
+
+
+@dataclass(frozen=True)
+class SetAside(ArmEvent):
+    """Something that was in the way, and has no place in the structure, was set aside, or could not be.
+
+    Attributes:
+        object: its index, or `None` for something that belongs to no known object.
+        name: its name; "something" where nothing known looks like it.
+        detail: where it was: "in the way at (0.50, 0.10)".
+        trouble: why it could not be; empty if it was.
+        seconds: the time that it took.
+    """
+
+    object: int | None
+    name: str
+    detail: str
+    trouble: str
+    seconds: float
 
 
 @dataclass(frozen=True)

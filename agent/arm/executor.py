@@ -20,14 +20,16 @@ from dataclasses import replace
 import numpy as np
 
 from agent.arm.build_listeners import BuildListeners
+from agent.arm.clearing import Obstruction
 from agent.arm.controller import ArmDriver
-from agent.arm.events import ArmEvent, Noticed, Picked, PickFailed, Placed, PlaceFailed
+from agent.arm.events import ArmEvent, Noticed, Picked, PickFailed, Placed, PlaceFailed, SetAside
 from agent.arm.eyes import Eyes
-from agent.arm.handling import Handling
+from agent.arm.handling import LOST, Handling
 from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ObjectPlan
+from agent.arm.place_watch import PlaceWatch
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import is_folded, leave_start
@@ -98,7 +100,7 @@ def build_structure(
             builder = _Builder(hand, eyes, work, listeners.ends_here)
             yield from builder.run([Step(plan.object, plan) for plan in steps])
         except KeyboardInterrupt:
-            yield hand.stop("" if hand.object is None else scene.objects[hand.object].name)
+            yield hand.stop()
             raise
         finally:
             driver.let_sleep(False)
@@ -131,13 +133,16 @@ class _Builder:
 
     def _step(self, step: Step) -> Generator[ArmEvent, None, bool]:
         """Pick and place one object; return whether the plans of the other steps are void now."""
+        if step.clears is not None:
+            return (yield from self._set_aside(step, step.clears))
         began, work, index = time.monotonic(), self.work, step.object
         name = self.eyes.names[index]
         # now_from_initial once it is placed: its goal, or the place aside.
         target = step.plan.goal_from_now @ work.expected[index] if step.plan and step.plan.aside else None
-        current: ObjectPlan | None = step.plan if self._still_holds() else None
+        current: ObjectPlan | None = step.plan if self._still_holds() and not work.is_off(step) else None
         if current is not None and work.has_failed(index, current.grasp):
             current = None
+        watched = True  # whether its goal is, on the way: until that was a false alarm
         reason = work.missing_support(step)
         for attempt in range(1, 1 if reason else PICK_ATTEMPTS + 1):
             if current is None:
@@ -149,15 +154,20 @@ class _Builder:
             if isinstance(result, Picked):
                 yield result
                 work.watch.take_away(index)
-                if self.hand.place(current, name):
+                watch = PlaceWatch(self.eyes.camera, current, self.eyes.solid(index)) if watched else None
+                reason = self.hand.place(current, name, watch)
+                if not reason:
                     return (yield from self._placed(step, current, target, began))
-                reason = "was lost on the way"
-                yield Noticed(index, name, "not in the hand", reason, "place again")
+                if reason == LOST:
+                    yield Noticed(index, name, "not in the hand", reason, "place again")
+                else:
+                    watched = False
+                    yield PlaceFailed(index, name, reason)
             else:
                 reason = result
                 yield PickFailed(index, name, current.grasp.kind, attempt, reason)
                 work.remember_failed(index, current.grasp)
-            self.eyes.look({})
+            self.eyes.look({}, index if reason == LOST else None)
             if (yield from self._compare({}, f"{name} was moved", index)):
                 return True
             current = None
@@ -166,6 +176,27 @@ class _Builder:
         if lying is not None:
             yield Noticed(index, name, lying.what, lying.detail, work.leave_out(lying))
         return lying is not None
+
+    def _set_aside(self, step: Step, thing: Obstruction) -> Generator[ArmEvent, None, bool]:
+        """Take what is in the way to a free place; return that the plans of the other steps are void now."""
+        began, eyes, plan, reason = time.monotonic(), self.eyes, step.plan, ""
+        assert plan is not None
+        taken = self.hand.pick(plan, thing.name, 1, thing.bottom)
+        if isinstance(taken, Picked):
+            reason = self.hand.place(plan, thing.name)
+        else:
+            reason = taken
+        put: dict[int, np.ndarray] = {}
+        if not reason and thing.index is not None:
+            put[thing.index] = plan.goal_from_now @ eyes.motions[thing.index]
+        elif not reason:
+            self.monitor.expect(transform_points(plan.goal_from_now, thing.cloud))
+        eyes.look(put)
+        if reason:
+            self.work.count_slip(thing, plan.grasp)
+        yield SetAside(thing.index, thing.name, thing.detail, reason, time.monotonic() - began)
+        yield from self._compare(put, f"{thing.name} was set aside")
+        return True
 
     def _placed(
         self, step: Step, plan: ObjectPlan, target: np.ndarray | None, began: float

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 from shapely import MultiPoint, contains_xy
 from shapely.geometry.base import BaseGeometry
 
-from agent.arm.arm_model import FINGERS
 from agent.arm.hand_fit import FLAT
 from agent.arm.kinematics import JacoArm
 from agent.arm.placement_order import bottom_at
 from agent.arm.registration import judge
-from agent.arm.self_filter import distance_to_arm
 from agent.arm.sight import Sight
-from agent.arm.state import ArmState
+from agent.arm.table_camera import TableCamera, in_box
 from agent.arm.tracking import Track, Tracker
+from structdiffusion.completion.surface import completed_points
 from structdiffusion.evaluation_protocol import MAX_TILT
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, tilt_between, transform_points, turn_of
 from structdiffusion.observation import ObjectCloud, Scene
@@ -26,11 +25,11 @@ from structdiffusion.simulation.depth_camera import CameraImage
 from structdiffusion.simulation.visible_points import MIN_POINTS
 from structdiffusion.simulation.world import TabletopWorld
 
-ARM_MARGIN = 0.03  # m around the arm's collision solids, which are simpler than what the camera sees of it
 STILL, STILL_TURN = 0.006, 0.1  # m, rad: what seems to have moved by less has not; so much is the tracker's noise
 LOST = 0.03  # m: what the tracker finds farther off before anything has moved, it cannot follow
 DISTINCT = 0.006  # m: three times the camera's noise at the table
 MOST = 0.6  # share of the points seen first that show an object where it was
+NEARLY_ALL = 0.85  # the same, of one that stands there: what leans covers most of the same place
 BESIDE = 0.01  # m around what is known, where points that it does not explain are its own: a handle, a rim
 ALIKE = 0.2  # of the share that the picture supports: ends that differ by less may be taken for one another
 NEARLY = 0.05  # the same, for what has fallen elsewhere: its foot cannot be told by where it stood
@@ -38,6 +37,8 @@ TIPPED = 0.08  # m between where the foot of something stood and where it is whe
 SAME_HEIGHT = 0.015  # m by which the top of what stands may seem to be off
 ON_TABLE = 0.01  # m: what seems to stand higher by less stands on the table
 LYING = np.pi / 4  # rad: what is tilted by more has fallen over
+ON_SIDE = "may lie on its side, which looks the same"
+ON_HEAD = "may stand on its head, which looks the same"
 AWAY = pose_from_xyz_yaw(-5.0, 0.0, 0.0, 0.0)  # where planning takes what is gone to be: far from everything
 
 
@@ -57,6 +58,7 @@ class Eyes:
 
     Attributes:
         scene: as given.
+        camera: takes the pictures.
         count: the number of its objects; the distractors follow them in every list.
         clouds: (P, 3) of each, as it was seen first.
         motions: now_from_initial (4, 4) of each, as far as known.
@@ -65,28 +67,31 @@ class Eyes:
         hidden: those that the last picture does not show.
         unconfirmed: those that were placed where no picture has shown them since.
         unclear: those that lie, and of which the camera cannot tell one end from the other.
+        doubts: why some that are seen upright may not be, in words that follow their names.
         unknown: (P, 3) of each thing that has appeared and belongs to nothing known.
     """
 
     def __init__(
         self, world: TabletopWorld, arm: JacoArm, scene: Scene, solid: Scene, rng: np.random.Generator
     ) -> None:
-        self._world, self._arm, self._rng, self.scene = world, arm, rng, scene
+        self.camera, self._lens, self.scene = TableCamera(world, arm, rng), world.camera, scene
         every = (*scene.objects, *scene.distractors)
         self.names = [cloud.name for cloud in every]
         self.count = len(scene.objects)
         self.clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in every]
-        self._solids = [cloud.points for cloud in (*solid.objects, *scene.distractors)]
+        hidden = (completed_points(cloud, scene.world_from_camera) for cloud in scene.distractors)
+        self._solids = [*(cloud.points for cloud in solid.objects), *hidden]
         self._bottoms = [cloud.bottom for cloud in every]
         self.motions = [np.eye(4) for _ in every]
         self.measured = list(self.motions)
         self.gone, self.hidden, self.unclear = frozenset[int](), frozenset[int](), frozenset[int]()
-        self.unconfirmed = frozenset[int]()
+        self.unconfirmed, self.doubts = frozenset[int](), dict[int, str]()
         self.unknown: list[np.ndarray] = []
         self._tracker = Tracker(scene)
+        picture = self.camera.picture()
         # A fit may be off a little from the beginning, by what completion errs; all motions are counted from there.
         self._first = [np.eye(4) for _ in every]
-        tracks = self._tracker.look(self.picture())
+        tracks = self._tracker.look(picture)
         self._untracked = frozenset(k for k, track in enumerate(tracks) if track.gone or self._apart(k, track) > LOST)
         # Of what was half hidden, the body is so far from the truth that it fits as well on its side.
         self._doubtful = frozenset(k for k, track in enumerate(tracks) if _tilt(track.now_from_initial) > MAX_TILT)
@@ -95,13 +100,14 @@ class Eyes:
                 self._first[k] = track.now_from_initial
         self._unexplained = list(self._tracker.unknown)  # it was there from the beginning
 
-    def look(self, expected: Mapping[int, np.ndarray]) -> None:
+    def look(self, expected: Mapping[int, np.ndarray], dropped: int | None = None) -> None:
         """Take a picture and find everything in it.
 
         Args:
             expected: index -> now_from_initial (4, 4) of what the arm has moved since the last picture.
+            dropped: what has fallen out of the hand since then.
         """
-        picture = self.picture()
+        picture = self.camera.picture()
         given = {k: motion @ self._first[k] for k, motion in expected.items()}
         tracks = self._tracker.look(picture, given)
         gone, hidden, unclear = set[int](), set[int](), set(self.unclear)
@@ -111,7 +117,8 @@ class Eyes:
             from_first = np.linalg.inv(self._first[k])
             now = track.now_from_initial @ from_first
             fallen = track.seen and tilt_between(now, before) > MAX_TILT
-            if k in self._untracked or (not was_gone and (track.gone or fallen) and self._shows(picture, k)):
+            share = self._shown(picture, k) if not was_gone and (track.gone or fallen) else 0.0
+            if k in self._untracked or share > (MOST if track.gone else NEARLY_ALL):
                 continue
             if not track.seen:
                 (gone if track.gone else hidden).add(k)
@@ -119,23 +126,52 @@ class Eyes:
             if fallen and self._seems_upright(picture, k, now, before):
                 now, fallen = raised(before, 0.0), False
                 now[:3, 3] += self.middle(k, track.now_from_initial @ from_first) - self.middle(k, before)
-            if fallen and k not in unclear:
+            if fallen and k not in unclear and tilt_between(now, before) > LYING:
                 now, clear = self._with_foot(picture, k, now, before)
-                unclear |= set() if clear else {k}
+                if not clear:
+                    unclear.add(k)
+                    self.doubts[k] = ON_HEAD
             elif not fallen and _tilt(now) < MAX_TILT:
                 unclear.discard(k)
+            if not fallen and (was_gone or k == dropped or self._may_have_rolled(k, now, before)):
+                self._doubt(k, k == dropped or self._has_sunk(k, now, before))
             self.measured[k] = now
             if was_gone or self._strays(k, now):
                 self.motions[k] = now
         self.gone, self.hidden, self.unclear = frozenset(gone), frozenset(hidden), frozenset(unclear)
         self.unconfirmed = (self.unconfirmed | expected.keys()) & self.hidden
-        outlines = [self.outline(k).buffer(BESIDE) for k in range(len(self.names)) if k not in gone]
-        self.unknown = [
-            one
-            for one in self._tracker.unknown
-            if not is_among(one, self._unexplained)
-            and not any(contains_xy(outline, one[:, :2]).mean() > 0.5 for outline in outlines)
-        ]
+        self.unknown = list(self._strangers())
+
+    def _strangers(self) -> Iterator[np.ndarray]:
+        """Yield the clouds (P, 3) of what was not there at first and belongs to nothing known.
+
+        What lies beside that may be a side of it that was not seen; what is on it is none.
+        """
+        here = [k for k in range(len(self.names)) if k not in self.gone]
+        around = [(self.outline(k).buffer(BESIDE), float(self.cloud(k)[:, 2].max()) + BESIDE) for k in here]
+        for cloud in self._tracker.unknown:
+            own = (contains_xy(outline, cloud[:, :2]) & (cloud[:, 2] < top) for outline, top in around)
+            strange = ~np.any([*own, np.zeros(len(cloud), dtype=bool)], axis=0)
+            if strange.mean() > 0.5 and not is_among(cloud, self._unexplained):
+                yield cloud[strange]
+
+    def _doubt(self, k: int, fell: bool) -> None:
+        """Doubt whether something is upright that has been moved and looks the same otherwise."""
+        if self._tracker.may_be_rolled(k, on_head=False):
+            self.doubts[k] = ON_SIDE
+        elif fell and self._tracker.may_be_rolled(k, on_head=True):
+            self.doubts[k] = ON_HEAD
+
+    def _may_have_rolled(self, k: int, now: np.ndarray, before: np.ndarray) -> bool:
+        """Return whether something is so far from where it was or was put that it may have rolled over on the way: by
+        half its width.
+        """
+        apart = np.linalg.norm(self.middle(k, now) - self.middle(k, before))
+        return bool(apart > max(STILL, 0.5 * np.ptp(self.clouds[k][:, :2], axis=0).min()))
+
+    def _has_sunk(self, k: int, now: np.ndarray, before: np.ndarray) -> bool:
+        """Return whether something has fallen off something, and may have rolled over twice."""
+        return bool((self.middle(k, before) - self.middle(k, now))[2] > SAME_HEIGHT)
 
     def _seems_upright(self, picture: CameraImage, k: int, now: np.ndarray, before: np.ndarray) -> bool:
         """Return whether what a track takes to have fallen over may as well stand: it is as high as before, or flat.
@@ -147,6 +183,8 @@ class Eyes:
         cloud = self.clouds[k]
         if k in self._doubtful or np.ptp(cloud[:, 2]) < FLAT:  # both sides of what is flat look alike
             return True
+        if tilt_between(now, before) < LYING:  # what leans is about as high as what stands
+            return False
         middle, seen = self.middle(k, now), picture.points.reshape(-1, 3)
         near = 0.4 * min(np.ptp(cloud[:, 0]), np.ptp(cloud[:, 1]))
         high = seen[np.hypot(*(seen[:, :2] - middle[:2]).T) < near, 2]
@@ -183,42 +221,19 @@ class Eyes:
             return (now, turned)[int(np.argmin(away))], True
         return now, shares[1] < shares[0] - NEARLY
 
-    def _shows(self, picture: CameraImage, k: int) -> bool:
-        """Return whether a picture shows something just where it is taken to be: most of the points seen first.
+    def _shown(self, picture: CameraImage, k: int) -> float:
+        """Return the share of the points seen first that a picture shows just where something is taken to be.
 
         The tracker's bodies are completed by guess; where what stood on one has been taken away, the guess may not fit.
         """
         points = self.cloud(k)
         points = points[points[:, 2] > self.bottom(k) + DISTINCT]
-        camera = self._world.camera
-        columns, rows = np.floor(camera.pixels(points)).astype(int).T
-        inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
+        columns, rows = np.floor(self._lens.pixels(points)).astype(int).T
+        inside = (columns >= 0) & (columns < self._lens.width) & (rows >= 0) & (rows < self._lens.height)
         away = (points - picture.world_from_camera[:3, 3]) @ picture.world_from_camera[:3, 2]
         behind = picture.depth[rows[inside], columns[inside]] - away[inside]
         agree, refuted = (np.abs(behind) < DISTINCT).sum(), (behind >= DISTINCT).sum()
-        return bool(agree >= MIN_POINTS and agree > MOST * (agree + refuted))
-
-    def picture(self) -> CameraImage:
-        """Take a picture in which nothing is measured where the arm is."""
-        picture = self._world.look(self._rng)
-        kinematics = self._arm.kinematics
-        joints = dict(zip(kinematics.model.joints, self._arm.configuration().tolist(), strict=True))
-        joints |= dict(zip(FINGERS, self._arm.finger_angles().tolist(), strict=True))
-        points = transform_points(np.linalg.inv(kinematics.world_from_base), picture.points.reshape(-1, 3))
-        near = np.flatnonzero(_in_box(points, self._reach(joints)))
-        arm = near[distance_to_arm(points[near], ArmState(kinematics.model.name, joints)) < ARM_MARGIN]
-        depth, seen = picture.depth.copy(), picture.points.copy()
-        depth.flat[arm] = np.nan
-        seen.reshape(-1, 3)[arm] = np.nan
-        return replace(picture, depth=depth, points=seen)
-
-    def _reach(self, joints: Mapping[str, float]) -> np.ndarray:
-        """Return the corners (2, 3) of a box around the arm in the frame of its base."""
-        model = self._arm.kinematics.model
-        poses = model.link_poses(joints)
-        middles = np.array([(poses[solid.link] @ solid.link_from_solid)[:3, 3] for solid in model.solids])
-        radii = np.array([np.linalg.norm(solid.sides) / 2 + ARM_MARGIN for solid in model.solids])[:, None]
-        return np.stack(((middles - radii).min(axis=0), (middles + radii).max(axis=0)))
+        return float(agree / (agree + refuted)) if agree >= MIN_POINTS else 0.0
 
     def _apart(self, k: int, track: Track) -> float:
         """Return how far a track is from where something is taken to be, metres."""
@@ -239,6 +254,10 @@ class Eyes:
     def cloud(self, k: int) -> np.ndarray:
         """Return the points (P, 3) of something where it is now; far away if it is gone."""
         return self._now(k, self.clouds[k])
+
+    def solid(self, k: int) -> np.ndarray:
+        """Return the points (P, 3) of something where it is now, with those of its hidden sides."""
+        return self._now(k, np.asarray(self._solids[k], dtype=np.float64))
 
     def _now(self, k: int, cloud: np.ndarray) -> np.ndarray:
         return transform_points(AWAY if k in self.gone else self.motions[k], cloud)
@@ -271,7 +290,7 @@ class Eyes:
         Args:
             solid: with points of the hidden sides of the objects too, to take them by.
         """
-        clouds = self._solids if solid else self.clouds
+        clouds = [*self._solids[: self.count], *self.clouds[self.count :]] if solid else self.clouds
         every = [
             replace(cloud, points=self._now(k, clouds[k]).astype(np.float32), bottom=self.bottom(k))
             for k, cloud in enumerate((*self.scene.objects, *self.scene.distractors))
@@ -289,15 +308,10 @@ def _tilt(motion: np.ndarray) -> float:
     return tilt_between(motion, np.eye(4))
 
 
-def _in_box(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return which points (P, 3) lie in a box with corners (2, 3); none that is NaN."""
-    return ((points > corners[0]) & (points < corners[1])).all(axis=1)
-
-
 def is_among(cloud: np.ndarray, others: list[np.ndarray]) -> bool:
     """Return whether a cloud (P, 3) covers the middle of any of others, or the other way round."""
     return any(
-        _in_box(a.mean(axis=0)[None], np.stack((b.min(axis=0), b.max(axis=0))))[0]
+        in_box(a.mean(axis=0)[None], np.stack((b.min(axis=0), b.max(axis=0))))[0]
         for other in others
         for a, b in ((cloud, other), (other, cloud))
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable
+
+import numpy as np
 
 from agent.arm.arm_model import FINGER_OPEN
-from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, ArmDriver
+from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, TRANSFER_SPEED, ArmDriver, both_sides
 from agent.arm.events import Picked, Stopped
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ObjectPlan
@@ -13,12 +15,9 @@ from agent.arm.recovery import SETTLE_SECONDS, fold, set_down_below, withdraw
 
 HOLDING_SECONDS = 0.2  # for which an object is held after the lift before it counts
 LISTENING_STEPS = 5  # of physics: a contact may be missing in one of them
+LOST = "was lost on the way"
+BLOCKED = "was put back, because somebody has changed something where it was to go"
 OPENED = 0.1  # rad by which all fingers give way only if the hand opens: what stands near may push one of them
-
-
-def both_sides(touching: Collection[int]) -> bool:
-    """Return whether the thumb (0) and at least one opposite finger are among `touching`."""
-    return 0 in touching and len(touching) >= 2
 
 
 class Handling:
@@ -32,6 +31,7 @@ class Handling:
     def __init__(self, driver: ArmDriver, scene: PlanningScene) -> None:
         self.driver, self.arm, self._scene = driver, driver.arm, scene
         self.object: int | None = None  # in the hand, as far as known
+        self._name = ""  # of it
         self._closed = self.arm.finger_angles()  # when it took the object
         self._caught = False  # whether the object is only caught between the fingers, which do not press
         self._above = 0.0  # m: z of the hand when it took the object, less that of what the object stood on
@@ -53,12 +53,12 @@ class Handling:
         # A rim that is slid is caught between the fingers without pressing, which would drive them out of it.
         self._caught = grasp.slides and grasp.kind == "rim"
         squeeze = 0.0 if self._caught else FLAT_SQUEEZE if grasp.kind == "flat" else 1.0
-        touching = driver.close(*driver.world.bodies, squeeze=squeeze)
+        body, touching = driver.close(*driver.world.bodies, squeeze=squeeze)
         reason = "the fingers met no contact on both sides"
         if both_sides(touching):
             self._above = float(arm.world_from_ee()[2, 3]) - bottom
-            driver.take(max(driver.world.bodies, key=lambda body: len(arm.touching(body))))
-            self.object, self._closed = plan.object, arm.finger_angles()
+            driver.take(body)
+            self.object, self._name, self._closed = plan.object, name, arm.finger_angles()
             driver.follow(plan.lift, f"lift {name}", CARTESIAN_SPEED)
             driver.wait(0.0 if arm.welds else HOLDING_SECONDS)
             if self.holds():
@@ -86,40 +86,64 @@ class Handling:
             self.driver.step()
         return False
 
-    def place(self, plan: ObjectPlan, name: str) -> bool:
-        """Bring what is in the hand to its goal, release it and fold the arm; return whether it was there to the end.
+    def place(self, plan: ObjectPlan, name: str, blocked: Callable[[], bool] | None = None) -> str:
+        """Bring what is in the hand to its goal, release it and fold the arm.
+
+        Args:
+            plan: its plan.
+            name: of the object.
+            blocked: asked after every step on the way whether it cannot be put there any more; then it is put back
+                where it was taken or, if it is slid, let go where it is.
+
+        Returns:
+            Why it is not there, `LOST` or `BLOCKED`; empty if it was in the hand to the end.
         """
-        driver = self.driver
-        if plan.grasp.slides:
-            driver.follow(plan.transfer, f"slide {name}", SLIDING_SPEED)
-        else:
-            driver.follow(plan.transfer, f"transfer {name}")
+        driver, grasp = self.driver, plan.grasp
+        doing, speed = (f"slide {name}", SLIDING_SPEED) if grasp.slides else (f"transfer {name}", TRANSFER_SPEED)
+        way = driver.follow(plan.transfer, doing, speed, blocked)
+        if blocked is not None and blocked():
+            return self._put_back(plan, name, way)
         if not self.holds():
-            self._let_go(FINGER_OPEN)
-            fold(driver, self._scene)
-            return False
+            return self._lost()
         driver.follow(plan.lower, f"lower {name}", CARTESIAN_SPEED)
         driver.wait(0.15)
         held = self.holds()
-        self._let_go(plan.grasp.opening)
+        self._let_go(grasp.opening)
         driver.wait(0.25)
         driver.follow(plan.retreat, "retreat", CARTESIAN_SPEED)
         driver.follow(plan.fold, "fold")
         driver.open(FINGER_OPEN)
         driver.wait(SETTLE_SECONDS)
-        return held
+        return "" if held else LOST
+
+    def _lost(self) -> str:
+        self._let_go(FINGER_OPEN)
+        fold(self.driver, self._scene)
+        return LOST
+
+    def _put_back(self, plan: ObjectPlan, name: str, way: np.ndarray) -> str:
+        """Return along a way (T, n), release what is in the hand and fold the arm; return what became of it."""
+        driver = self.driver
+        if plan.grasp.slides:
+            self._let_go(plan.grasp.opening)
+            withdraw(driver)
+        else:
+            driver.follow(way[::-1], f"put {name} back")
+            if not self.holds():
+                return self._lost()
+            driver.follow(plan.lift[::-1], f"lower {name}", CARTESIAN_SPEED)
+            self._let_go(plan.grasp.opening)
+            driver.follow(plan.approach[::-1], "retreat", CARTESIAN_SPEED)
+        fold(driver, self._scene)
+        return BLOCKED
 
     def _let_go(self, opening: float) -> None:
         self.driver.let_go(opening)
-        self.object = None
+        self.object, self._name = None, ""
 
-    def stop(self, name: str) -> Stopped:
-        """Stop the arm, set down what is in the hand, and fold; after a second stop the arm stays where it is.
-
-        Args:
-            name: of what is in the hand.
-        """
-        index, set_down = self.object, False
+    def stop(self) -> Stopped:
+        """Stop the arm, set down what is in the hand, and fold; after a second stop the arm stays where it is."""
+        index, name, set_down = self.object, self._name, False
         if self.arm.held is None:  # it was just being let go
             index, name = None, ""
         try:

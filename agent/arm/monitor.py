@@ -49,6 +49,10 @@ class Monitor:
         eyes = self._eyes
         self._motions, self._gone, self._unknown = list(eyes.motions), eyes.gone, list(eyes.unknown)
 
+    def expect(self, cloud: np.ndarray) -> None:
+        """Take it that something unknown stands where this cloud (P, 3) is."""
+        self._unknown.append(cloud)
+
     def changes(self, placed: Mapping[int, np.ndarray], touched: int | None = None) -> list[Change]:
         """Return what the last picture shows otherwise than it should be, and take it as known from now on.
 

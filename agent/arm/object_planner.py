@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -146,6 +147,18 @@ class ObjectPlanner:
                     return plan, ""
         return None, reason
 
+    def object_at_last(self, *action: Any) -> tuple[ObjectPlan | None, str]:
+        """Return a plan to move one object, as `object` does; where there is none, one that touches others lightly."""
+        try:
+            for last_resort in (False, True):
+                self.loosen(last_resort)
+                plan, reason = self.object(*action)
+                if plan is not None:
+                    break
+        finally:
+            self.loosen(False)
+        return plan, reason
+
     def _releases(self, index: int, standing: Standing, goal_from_now: np.ndarray) -> tuple[float, ...]:
         if standing.slides:
             return (0.0,)
@@ -191,6 +204,10 @@ class ObjectPlanner:
         """
         placed: list[tuple[ObstacleKey, np.ndarray, float]] = list(zip(range(len(clouds)), clouds, bottoms))
         placed += [(("distractor", j), cloud, 0.0) for j, cloud in enumerate(distractors)]
+        for key in self._layout.keys() - {key for key, _, _ in placed}:  # it is there no more
+            del self._layout[key]
+            for part in (key, *((key, number) for number in range(WALLS))):
+                self.scene.remove_obstacle(part)
         for key, cloud, bottom in placed:
             now = self.standing_of(key, cloud, bottom), key in open_ones
             if self._layout.get(key) == now:

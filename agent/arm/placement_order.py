@@ -100,16 +100,39 @@ def asides(
     free = [j for j in blockers if not any(stands_above(k, j, now, bottoms) for k in range(len(clouds)))]
     steps = []
     for j in sorted(free, key=lambda j: taken[j].area):
-        center = clouds[j][:, :2].mean(axis=0)
-        places = _places(table, rng)
-        moves = places[np.argsort(np.linalg.norm(places - center, axis=1))] - center
-        room = _room(taken[j], moves, [shape for k, shape in enumerate(taken) if k != j] + goals)
-        for clearance in ASIDE_CLEARANCES:
-            if (room > clearance).any():
-                x, y = moves[int((room > clearance).argmax())]
-                steps.append((j, pose_from_xyz_yaw(x, y, -bottoms[j], 0.0), True))
-                break
+        others = [shape for k, shape in enumerate(taken) if k != j] + goals
+        motion = way_aside(taken[j], clouds[j][:, :2].mean(axis=0), bottoms[j], others, table, rng)
+        if motion is not None:
+            steps.append((j, motion, True))
     return steps
+
+
+def way_aside(
+    outline: BaseGeometry,
+    center: np.ndarray,
+    bottom: float,
+    others: Sequence[BaseGeometry],
+    table: Table,
+    rng: np.random.Generator,
+) -> np.ndarray | None:
+    """Return the motion (4, 4) of something to the nearest free place found on the table, or `None`.
+
+    Args:
+        outline: its own, seen from above.
+        center: (2,) its middle.
+        bottom: z of what it stands on now.
+        others: outlines from which it has to keep away.
+        table: the table top.
+        rng: draws the places that are tried.
+    """
+    places = _places(table, rng)
+    moves = places[np.argsort(np.linalg.norm(places - center, axis=1))] - center
+    room = _room(outline, moves, others)
+    for clearance in ASIDE_CLEARANCES:
+        if (room > clearance).any():
+            x, y = moves[int((room > clearance).argmax())]
+            return pose_from_xyz_yaw(x, y, -bottom, 0.0)
+    return None
 
 
 def stopovers(

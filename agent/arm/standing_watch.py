@@ -46,7 +46,7 @@ class StandingWatch:
             on.
         """
         self._placed[index] = goal_from_initial, support
-        trouble = self.trouble(index)
+        trouble = self.trouble(index) or self._eyes.doubts.get(index, "")
         self._down = self._down | {index} if trouble else self._down - {index}
         return trouble, support_name(support, self._eyes.names)
 
@@ -62,7 +62,7 @@ class StandingWatch:
             during: what the arm has done since: "can 3 was placed".
         """
         for index in sorted(self._placed):
-            trouble = self.trouble(index)
+            trouble = self.trouble(index) or self._eyes.doubts.get(index, "")
             if bool(trouble) != (index in self._down):
                 self._down ^= {index}
                 yield StandingChanged(index, self._eyes.names[index], not trouble, trouble, during)
@@ -89,17 +89,16 @@ def standing_at(eyes: Eyes, index: int, goal_from_initial: np.ndarray, support: 
     now = eyes.motions[index]
     off = eyes.middle(index, now) - eyes.middle(index, goal_from_initial)
     supported = support is None or abs(off[2]) <= AS_HIGH or _over(eyes, index, support)
-    outline = eyes.outline(index)
-    strange = (MultiPoint(one[:, :2]).convex_hull for one in eyes.unknown)
+    outline, middle = eyes.outline(index), eyes.middle(index, now)[2]
+    strange = (MultiPoint(one[:, :2]).convex_hull for one in eyes.unknown if one[:, 2].min() < middle)
     on_strange = any(one.intersection(outline).area > LEAST_OVERLAP for one in strange)
     supported = supported and not on_strange
     return Standing(float(np.hypot(*off[:2])), tilt_between(now, goal_from_initial), supported=supported)
 
 
 def _over(eyes: Eyes, index: int, support: int) -> bool:
-    """Return whether an object rests on the table, or over what was seen of its support."""
-    bottom = eyes.bottom(index)
+    """Return whether an object rests on the table, or over what was seen of its support: on that, or in its hollow."""
     if support == TABLE:
-        return bottom == 0.0
+        return eyes.bottom(index) == 0.0
     outline = eyes.outline(support).buffer(OVER)
-    return bottom > 0.0 and outline.contains(Point(eyes.cloud(index)[:, :2].mean(axis=0)))
+    return outline.contains(Point(eyes.cloud(index)[:, :2].mean(axis=0)))

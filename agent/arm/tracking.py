@@ -16,6 +16,9 @@ from types import MappingProxyType
 import numpy as np
 from scipy import ndimage
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from agent.arm.registration import (
     FAR_GATE,
@@ -30,7 +33,7 @@ from agent.arm.registration import (
 )
 from agent.arm.sight import Sight, of_palette
 from agent.arm.tracked_shape import tracked_shape
-from structdiffusion.geometry import tilt_between
+from structdiffusion.geometry import raised, tilt_between
 from structdiffusion.observation import Scene, Table
 from structdiffusion.simulation.depth_camera import CameraImage
 
@@ -49,11 +52,14 @@ STAYED = 0.006  # m that an object may seem to have moved which nobody touched
 SINKS = 0.003  # m that a body may reach into the table: noise of its height
 REFUTED = 0.3  # share that is refuted of an object that is gone
 LEAST_GROUP = 12  # points, of 16 mm^2 each: fewer are noise and edges
+APART = 0.015  # m between two things: neighbouring points of one are 4 mm apart, and more on steep sides
 LEAST_STRANGER = 25  # points of what belongs to no object: 2 cm by 2 cm
 BESIDE = 0.015  # m from an object within which points of its colour may belong to it
 APPENDAGE = 0.35  # of an object's points at most are a side that was not seen before, such as a handle
 FLAT = 0.02  # m high: what is no higher neither leans nor lies otherwise, as far as a camera can tell
+STEPS = (0.0, -0.005, 0.005, -0.01, 0.01)  # m by which what was put down may be higher than expected
 GUESSES = 3  # per object and group of points that are fitted
+ALL_WAYS = 12  # the same, of every way in which a block may have rolled over
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +106,10 @@ class Tracker:
         Args:
             picture: depth, points and colours; the segmentation is not read. The arm is out of view, or the depth of
                 its pixels is NaN.
-            expected: index -> now_from_initial (4, 4) where an object should be now, besides where it was last.
+            expected: index -> now_from_initial (4, 4) where an object should be now, besides where it was last. It may
+                stand a little lower or higher: what it was put on is known to millimetres only.
         """
-        sight = Sight(picture, self._area)
+        sight = self._sight = Sight(picture, self._area)
         guesses = [
             [motion @ self.shapes[i].world_from_shape for motion in (*_given(expected, i), track.now_from_initial)]
             for i, track in enumerate(self.tracks)
@@ -120,6 +127,26 @@ class Tracker:
         self.tracks = [self._track(sight, i, guesses[i], found.get(i)) for i in range(len(self.shapes))]
         self.unknown = self._strangers(sight, found)
         return list(self.tracks)
+
+    def may_be_rolled(self, index: int, on_head: bool) -> bool:
+        """Return whether an object that the last picture shows upright looks about the same on its side, or on its head.
+        """
+        shape, sight = self.shapes[index], self._sight
+        pose = self.tracks[index].now_from_initial @ shape.world_from_shape
+        among = np.zeros(len(sight.points), dtype=bool)
+        own = judge(sight, shape, pose).points
+        among[own] = True
+        if shape.height < FLAT or len(own) < LEAST_GROUP:
+            return False
+        (upright,) = fit_together(sight, [shape], [pose], [free_turns(shape, pose)], among)
+        starts = guesses_from_points(shape, sight.points[own], pose, True, ALL_WAYS)
+        for start in (one for one in starts if _is_rolled(one, on_head)):
+            (first,) = fit_together(sight, [shape], [start], [FREE], among)
+            (lying,) = fit_together(sight, [shape], [first.world_from_shape], [FREE], among)
+            cost = self._cost(index, lying, len(own))
+            if _is_rolled(lying.world_from_shape, on_head) and cost < self._cost(index, upright, len(own)) + UPRIGHT_BONUS:
+                return True
+        return False
 
     def _where_guessed(self, sight: Sight, guesses: Sequence[list[np.ndarray]]) -> dict[int, Fit]:
         """Fit the objects that are about where they were or should be."""
@@ -256,7 +283,8 @@ class Tracker:
 
     def _strangers(self, sight: Sight, found: Mapping[int, Fit]) -> list[np.ndarray]:
         """Return the clouds (P, 3) of what belongs to no object."""
-        groups = [group for group in self._rest(sight, found) if len(group) >= LEAST_STRANGER]
+        pieces = (piece for group in self._rest(sight, found) for piece in _pieces(sight.points, group))
+        groups = (piece for piece in pieces if len(piece) >= LEAST_STRANGER)
         return [sight.points[group] for group in groups if not self._is_owned(sight, found, group)]
 
     def _track(self, sight: Sight, index: int, guesses: Sequence[np.ndarray], fit: Fit | None) -> Track:
@@ -270,5 +298,19 @@ class Tracker:
         return Track(before.now_from_initial, False, True, before.error_m)
 
 
+def _is_rolled(pose: np.ndarray, on_head: bool) -> bool:
+    """Return whether a pose (4, 4) is on its side, or on its head."""
+    tilt = tilt_between(pose, np.eye(4))
+    return tilt > math.pi - FALLEN if on_head else FALLEN < tilt < math.pi - FALLEN
+
+
+def _pieces(points: np.ndarray, group: np.ndarray) -> list[np.ndarray]:
+    """Return the parts of a group of points that hang together: what is one in the picture may be far apart."""
+    pairs = cKDTree(points[group]).query_pairs(APART, output_type="ndarray")
+    joined = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(group), len(group)))
+    count, label = connected_components(joined, directed=False)
+    return [group[label == k] for k in range(count)]
+
+
 def _given(expected: Mapping[int, np.ndarray], index: int) -> list[np.ndarray]:
-    return [expected[index]] if index in expected else []
+    return [raised(expected[index], step) for step in STEPS] if index in expected else []

@@ -6,11 +6,12 @@ import math
 from collections import Counter
 
 import numpy as np
-from shapely import MultiPoint
 
-from agent.arm.eyes import Eyes
-from agent.arm.monitor import Change
-from agent.arm.placement_order import GOAL_CLEARANCE, bottom_at, precedence
+from agent.arm.clearing import Obstruction, obstructions
+from agent.arm.eyes import Eyes, is_among
+from agent.arm.grasps import Grasp
+from agent.arm.monitor import NOTICEABLE, Change
+from agent.arm.placement_order import bottom_at, precedence
 from agent.arm.placement_rules import moving
 from agent.arm.remainder import Replanner
 from agent.arm.standing_watch import StandingWatch, standing_at
@@ -21,7 +22,7 @@ from structdiffusion.observation import Arrangement
 from structdiffusion.simulation.world import TABLE
 
 PUSHED = 0.02  # m from its goal: worth another move
-LARGEST_CORRECTION = 0.02  # m by which an object follows the real place of the one it will stand on
+LARGEST_CORRECTION = 0.02  # m by which an object follows the measured place and height of the one it will stand on
 ON_TABLE = 0.02  # m: what goes no higher and on no other object goes on the table
 MOST_PLACEMENTS = 3  # of one object: one that will not stand there is left as it is then
 MOST_CORRECTIONS = 1  # placements after the first, of one object that stands, only farther off than it should
@@ -57,6 +58,9 @@ class WorkLeft:
         self._uprighted = set[int]()  # those that lay and were put upright
         self._why = dict[int, str]()  # object -> why it is moved again
         self._anew: Change | None = None
+        # (P, 3) clouds of what was in the way and could not be taken away, and each with the grasps that failed.
+        self._stuck = list[np.ndarray]()
+        self._slipped = list[tuple[np.ndarray, Grasp]]()
         self._follow(arrangements[rank])
 
     def _follow(self, arrangement: Arrangement) -> None:
@@ -71,16 +75,18 @@ class WorkLeft:
     # --- what stands -------------------------------------------------------------------------
 
     def goal(self, index: int) -> np.ndarray:
-        """Return goal_from_initial (4, 4), shifted with the object that it will stand on, by 2 cm at most."""
-        goal = self.goal_from_initial[index].copy()
+        """Return goal_from_initial (4, 4), shifted with the object that it will stand on: over where that is, by 2 cm at
+        most, and at the height at which its top is, as the camera has measured them.
+        """
+        goal, eyes = self.goal_from_initial[index].copy(), self._eyes
         under = self.stands_on[index]
-        if under is not None and under not in self._eyes.gone:
-            offset = self._eyes.middle(under, self._eyes.motions[under]) - self._eyes.middle(
-                under, self.goal_from_initial[under]
-            )
+        if under is not None and under not in eyes.gone:
+            now = eyes.measured[under] if under in self.watch else eyes.motions[under]
+            offset = eyes.middle(under, now) - eyes.middle(under, self.goal_from_initial[under])
             distance = float(np.linalg.norm(offset[:2]))
             if distance < 2 * LARGEST_CORRECTION:
                 goal[:2, 3] += offset[:2] * min(1.0, LARGEST_CORRECTION / max(distance, 1e-9))
+                goal[2, 3] += float(np.clip(offset[2], -LARGEST_CORRECTION, LARGEST_CORRECTION))
         return goal
 
     def support(self, index: int) -> int | None:
@@ -113,10 +119,11 @@ class WorkLeft:
     def _not_done(self) -> set[int]:
         """Return the objects that have to be moved: those that are not done, and what rests on them at the goal.
 
-        What stands, only farther off than it should, is moved when all else is done.
+        What stands, only farther off than it should, is moved when all else is done, or before anything is put onto it.
         """
         every = range(self._eyes.count)
-        found = {index for index in every if not self._is_done(index, math.inf)}
+        bases = {below for i, below in enumerate(self.stands_on) if i in self._moves and i not in self.watch}
+        found = {index for index in every if not self._is_done(index, PUSHED if index in bases else math.inf)}
         found = found or {index for index in every if not self._is_done(index, PUSHED)}
         while more := {i for i, below in enumerate(self.stands_on) if below in found and i in self.watch} - found:
             found |= more
@@ -125,6 +132,25 @@ class WorkLeft:
     def is_unfinished(self) -> bool:
         """Return whether any object has to be moved still."""
         return bool(self._not_done())
+
+    def goals_left(self) -> list[np.ndarray]:
+        """Return the clouds (P, 3) of the objects that have to be moved still, at their goals."""
+        return [transform_points(self.goal(index), self._eyes.clouds[index]) for index in sorted(self._not_done())]
+
+    def obstructions(self) -> list[Obstruction]:
+        """Return what is in the way of these, and has no place in the structure itself; without what could not be taken
+        away.
+        """
+        eyes = self._eyes
+        brought = {k for k in range(eyes.count, len(eyes.names)) if self._was_moved(k)}
+        found = obstructions(eyes, sorted(self._left_out | brought - eyes.gone), self.goals_left())
+        return [one for one in found if not is_among(one.cloud, self._stuck)]
+
+    def _was_moved(self, k: int) -> bool:
+        """Return whether a distractor is not where it was, and nothing of the goal depends on it."""
+        eyes, replanner = self._eyes, self._replanner
+        moved = float(np.linalg.norm(eyes.middle(k, eyes.motions[k]) - eyes.middle(k, np.eye(4)))) > NOTICEABLE
+        return moved and not (replanner is not None and replanner.concerns(eyes.names[k]))
 
     # --- what happens to it ------------------------------------------------------------------
 
@@ -138,6 +164,14 @@ class WorkLeft:
         else:
             self._aside.discard(index)
             self._placements[index] += 1
+
+    def count_slip(self, thing: Obstruction, grasp: Grasp) -> None:
+        """Take it that something in the way could not be taken by a grasp."""
+        self._slipped.append((thing.cloud, grasp))
+
+    def slipped_from(self, thing: Obstruction) -> list[Grasp]:
+        """Return the grasps by which something in the way could not be taken."""
+        return [grasp for cloud, grasp in self._slipped if is_among(thing.cloud, [cloud])]
 
     def reason_to_move(self, index: int) -> str:
         """Say why an object is moved although it had been moved before, in words that follow its name, or nothing."""
@@ -158,18 +192,16 @@ class WorkLeft:
         """Return what is done about a change, as `Noticed` has it."""
         index, replanner = change.index, self._replanner
         if index is None or index >= self._eyes.count:
-            in_the_way = change.cloud is not None and self._is_in_the_way(change.cloud)
-            if replanner is None or not (in_the_way or (index is not None and replanner.concerns(change.name))):
-                return "go on"
-            self._anew = change
-            return "lay out anew"
+            if index is not None and replanner is not None and replanner.concerns(change.name):
+                self._anew = change
+                return "lay out anew"
+            return "set aside" if self.obstructions() else "go on"
         if index in self._left_out:
             if change.what == "appeared" and index in self._moves:
                 self._left_out.discard(index)
             return "go on"
         # What lies again after it was put upright is not tried once more: it may fell others.
-        for_good = index in self._eyes.unclear or index in self._uprighted
-        if change.what == "gone" or (change.what == "fallen" and for_good):
+        if change.what == "gone" or (change.what == "fallen" and index in self._uprighted):
             return self.leave_out(change) if index in self._moves else "go on"
         if index in self._moves and index not in self.watch:
             return "go on"
@@ -185,13 +217,3 @@ class WorkLeft:
             return "leave out"
         self._anew = change
         return "lay out anew"
-
-    def _is_in_the_way(self, cloud: np.ndarray) -> bool:
-        """Return whether a cloud (P, 3) takes the place of anything that has to be placed still."""
-        taken = MultiPoint(cloud[:, :2]).convex_hull
-        for index in self._not_done():
-            goal = transform_points(self.goal_from_initial[index], self._eyes.clouds[index])
-            near = MultiPoint(goal[:, :2]).convex_hull.distance(taken) < GOAL_CLEARANCE
-            if near and goal[:, 2].min() < np.percentile(cloud[:, 2], 98):
-                return True
-        return False

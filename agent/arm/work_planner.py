@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.arm.events import ArmEvent, Noticed, PlanFailed, Planned
+from agent.arm.clearing import Obstruction, plan_aside
 from agent.arm.eyes import Eyes
 from agent.arm.grasps import Grasp
 from agent.arm.object_planner import ObjectPlan, alike
@@ -25,6 +26,7 @@ from agent.arm.work_left import MOST_PLACEMENTS, PUSHED, WorkLeft
 from structdiffusion.footprints import stands_above
 from structdiffusion.observation import Arrangement
 
+MISSES = 0.006  # m: three times what a measured place and height err by
 REPLANNING_CHECKS = PLANNING_CHECKS // 4  # for one object, when the world is not as planned
 
 
@@ -35,10 +37,12 @@ class Step:
     Attributes:
         object: its index.
         plan: how; `None` where it is planned when its turn comes.
+        clears: what is only set aside by this, instead of an object of the structure.
     """
 
     object: int
     plan: ObjectPlan | None = None
+    clears: Obstruction | None = None
 
 
 class WorkPlanner(WorkLeft):
@@ -59,6 +63,14 @@ class WorkPlanner(WorkLeft):
         """Return whether what an object is to be put on has to be moved first."""
         under = None if step.plan is not None and step.plan.aside else self.stands_on[step.object]
         return under is not None and under in self.watch and under in self._not_done()
+
+    def is_off(self, step: Step) -> bool:
+        """Return whether the plan of a step would miss what the object is to be put on, as that was measured."""
+        if step.plan is None or step.plan.aside:
+            return False
+        eyes, index = self._eyes, step.object
+        planned = eyes.middle(index, step.plan.goal_from_now @ self.expected[index])
+        return float(np.linalg.norm(eyes.middle(index, self.goal(index)) - planned)) > MISSES
 
     def missing_support(self, step: Step) -> str:
         """Say why an object cannot be brought to its goal because of what it was to stand on; empty if it can."""
@@ -96,18 +108,10 @@ class WorkPlanner(WorkLeft):
         goal_from_now = (self.goal(index) if target is None else target) @ np.linalg.inv(eyes.motions[index])
         start = search.kinematics.unwind(start, search.kinematics.folded)
         limit = search.scene.checks + REPLANNING_CHECKS
-        try:
-            for last_resort in (False, True):
-                search.loosen(last_resort)
-                plan, reason = search.object(
-                    index, clouds[: eyes.count], clouds[eyes.count :], [cloud.bottom for cloud in now.objects],
-                    goal_from_now, limit, start, self._avoided(index),
-                )  # fmt: skip
-                if plan is not None:
-                    break
-        finally:
-            search.loosen(False)
-        return plan, reason
+        return search.object_at_last(
+            index, clouds[: eyes.count], clouds[eyes.count :], [cloud.bottom for cloud in now.objects],
+            goal_from_now, limit, start, self._avoided(index),
+        )  # fmt: skip
 
     def plan_again(self) -> Generator[ArmEvent, None, list[Step]]:
         """Plan whatever is left from where everything is now; yield the events of another arrangement, if it takes one.
@@ -127,6 +131,9 @@ class WorkPlanner(WorkLeft):
             index = change.index if change.index in self._left_out else None
             action = "leave out" if index is not None else "go on"
             yield Noticed(index, change.name, change.what, f"{change.detail}, and nothing else can be laid out", action)
+        steps = yield from self._clear_the_way()
+        if steps:
+            return steps
         left = self._not_done()
         self._remember_why(left)
         if not left:
@@ -144,6 +151,27 @@ class WorkPlanner(WorkLeft):
             return covered, bottom_at(self.goal_from_initial[index], self._eyes.clouds[index], self._bottoms[index])
 
         return [Step(index) for index in sorted(left, key=turn)]
+
+    def _clear_the_way(self) -> Generator[ArmEvent, None, list[Step]]:
+        """Return the step that sets aside what is in the way, if anything is; what cannot be taken is built around."""
+        for thing in self.obstructions():
+            failed, goals = self.slipped_from(thing), self.goals_left()
+            plan, reason = None, "it slipped out of the fingers"
+            if len(failed) < MOST_PLACEMENTS:
+                plan, reason = plan_aside(self._eyes, self._search, thing, goals, failed, REPLANNING_CHECKS)
+            if plan is not None:
+                return [Step(plan.object, plan, thing)]
+            self._stuck.append(thing.cloud)
+            detail = f"is {thing.detail} and cannot be set aside: {reason}"
+            if self._replanner is None:
+                yield Noticed(None, thing.name, "in the way", detail, "go on")
+                continue
+            yield Noticed(None, thing.name, "in the way", detail, "lay out anew")
+            steps = yield from self._lay_out_anew()
+            if steps is not None:
+                return steps
+            yield Noticed(None, thing.name, "in the way", f"{detail}; nothing else can be laid out", "go on")
+        return []
 
     def _remember_why(self, left: set[int]) -> None:
         for index in left & set(self._placements):

@@ -84,7 +84,7 @@ ObjectsOption = Annotated[
     str,
     typer.Option(
         callback=_known_objects,
-        metavar="ycb|procedural|blocks|training|validation|random_urdfs|DIR",
+        metavar="ycb|procedural|blocks|training|validation|random_urdfs|unseen_urdfs|DIR",
         help="Object library, or a folder of meshes.",
     ),
 ]

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -21,6 +22,7 @@ from agent.arm.fixed_objects import with_fixed
 from agent.arm.kinematics import JacoArm
 from agent.arm.placement_rules import moving
 from agent.errors import NoValidGoal
+from agent.evaluation.planner_config import PlannerConfig
 from agent.evaluation.report import (
     REPORT,
     command_line,
@@ -32,15 +34,16 @@ from agent.evaluation.report import (
     report_by_structure,
     report_frame,
 )
-from agent.evaluation.result_store import fingerprint
 from agent.evaluation.rows import Place, Row, lost_count, measured, stored_scene_rows
+from agent.evaluation.scene_conditions import conditions_of
 from agent.evaluation.scenes import SENTENCE_PLANNERS, draw_scenes, with_sentences
 from agent.event_base import Event
 from agent.pipeline.candidates import checked_planner, filter_viable
 from agent.pipeline.verdict import judge_built
 from agent.rendering.text import number
 from agent.runtime.worker_pool import Workforce
-from structdiffusion.benchmark.scenes import EvaluationScene
+from grounding.spec import FIRST_SHAPES
+from structdiffusion.benchmark.scenes import Conditions, EvaluationScene
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Arrangement, StructureGoal
 from structdiffusion.parallel import Lost
@@ -50,33 +53,47 @@ from structdiffusion.structures.structure import LayoutError
 from structdiffusion.worker_process import WORKER_DIED
 
 
+@dataclass(frozen=True)
+class ArmConfig(PlannerConfig):
+    """The options of which a row depends, in addition to those of `PlannerConfig`.
+
+    Attributes:
+        model: the planner.
+        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        objects_per_scene: as for `conditions_of`.
+    """
+
+    model: str = "diffusion"
+    hold: str = "friction"
+    objects_per_scene: str | None = None
+
+    @property
+    def conditions(self) -> Conditions:
+        """Return the conditions under which scenes are drawn.
+
+        Raises:
+            UsageError: for an illegal value.
+        """
+        return conditions_of(self.objects_per_scene, None, "robot")
+
+
 def measure_arm(
-    objects: str,
-    model: str,
-    weights: Path | None,
+    config: ArmConfig,
+    structures: Sequence[str],
     count: int,
-    seed: int,
-    candidates: int,
     *,
     workers: int | None = None,
     out: Path | None = None,
-    allow_unverified: bool = False,
-    hold: str = "friction",
 ) -> Row:
     """Measure found plans and standing structures over `count` scenes of each structure; return a JSON-ready report.
 
     Args:
-        objects: as for `load_objects`.
-        model: the planner.
-        weights: folder of its checkpoints; `None` for the shipped ones.
+        config: the options on which every row depends.
+        structures: their shapes.
         count: scenes per structure.
-        seed: of scenes, sensor noise, sampling and planning.
-        candidates: arrangements that the planner proposes.
         workers: processes; `None` for one per core, 0 for this process alone.
         out: folder that stores the rows as they come: the same command resumes an evaluation that was stopped, and
             another one may add scenes. `None` stores nothing.
-        allow_unverified: use checkpoints that differ from their model cards.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
 
     Raises:
         UsageError: for an unknown planner, or a folder of another evaluation.
@@ -85,25 +102,28 @@ def measure_arm(
         CheckpointError: for a checkpoint that is missing or does not fit.
         NotVerified: for checkpoints that differ from their cards, unless that is allowed.
     """
-    checked_planner(model, weights, allow_unverified)
-    library = load_objects(objects)
-    options = {"objects": objects, "model": model, "seed": seed, "candidates": candidates, "hold": hold}
-    config = {"evaluation": "arm"} | fingerprint(options, library, [model], weights, (agent.arm,))
+    model, conditions = config.model, config.conditions
+    checked_planner(model, config.weights, config.allow_unverified)
+    library = load_objects(config.objects)
+    stored = {"evaluation": "arm"} | config.rows_fingerprint(library, [model], (agent.arm,))
 
     def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
-        scenes, lost = draw_scenes(force, library, missing, seed)
+        scenes, lost = draw_scenes(force, library, missing, config.seed, conditions)
         scenes = with_sentences(scenes, parsed=model in SENTENCE_PLANNERS)
-        load = partial(checked_planner, model, weights, allow_unverified)
-        return chain(lost, force.do(partial(_build_scene, candidates, hold), load, (), scenes))
+        load = partial(checked_planner, model, config.weights, config.allow_unverified)
+        return chain(lost, force.do(partial(_build_scene, config.candidates, config.hold), load, (), scenes))
 
     rows = stored_scene_rows(
-        compute, config, count, seed, what="scenes built", files=(REPORT,), workers=workers, out=out
-    )
-    command = command_line(
-        "arm", objects=objects, scenes=count, seed=seed, model=model, weights=weights, candidates=candidates,
-        allow_unverified=allow_unverified, hold=hold,
+        compute, stored, [(shape, number) for number in range(count) for shape in structures], config.seed,
+        what="scenes built", files=(REPORT,), workers=workers, out=out,
     )  # fmt: skip
-    return report_by_structure(report_frame(command, len(rows), seed, (agent.arm,)), rows, _rates)
+    command = command_line(
+        "arm", objects=config.objects, scenes=count, seed=config.seed, model=model,
+        structure=None if tuple(structures) == FIRST_SHAPES else list(structures), weights=config.weights,
+        candidates=config.candidates, objects_per_scene=config.objects_per_scene,
+        allow_unverified=config.allow_unverified, hold=config.hold,
+    )  # fmt: skip
+    return report_by_structure(report_frame(command, len(rows), config.seed, (agent.arm,)), rows, _rates)
 
 
 def print_arm(report: dict[str, Any], results: TextIO) -> None:

@@ -55,7 +55,7 @@ from agent.scenes.files import SceneFileError
 from grounding.corpus.grammar import sentences
 from grounding.resolve.tokens import words_of
 from grounding.resolve.word_forms import FORMS
-from grounding.spec import SHAPES
+from grounding.spec import FIRST_SHAPES, SHAPES
 from structdiffusion.data.scene_sampling import SceneError, draw_scene, full_spec
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.objects.model import ObjectModel
@@ -118,8 +118,9 @@ def measure_recordings(
         jobs = [draw_job(library, objects, place, seed) for place in missing]
         return force.do(partial(_compare_runs, run), ResourceCache, (), jobs)
 
+    places = [(shape, number) for number in range(count) for shape in FIRST_SHAPES]
     rows = stored_scene_rows(
-        compute, config, count, seed, what="scenes recorded", files=(REPORT,), workers=workers, out=out
+        compute, config, places, seed, what="scenes recorded", files=(REPORT,), workers=workers, out=out
     )
     command = command_line(
         "recordings", objects=objects, scenes=count, seed=seed, model=model, weights=weights, no_execute=not execute,

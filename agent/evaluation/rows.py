@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 from agent.evaluation.result_store import ResultStore, store_folder
 from agent.runtime.progress import followed, progress
 from agent.runtime.worker_pool import Workforce, workforce
-from grounding.spec import FIRST_SHAPES
 from structdiffusion.benchmark.scenes import ANY_SHAPE
 from structdiffusion.parallel import Lost, WorkerError
 
@@ -25,7 +24,7 @@ Result = TypeVar("Result")
 def stored_scene_rows(
     compute: Callable[[Workforce, Sequence[Place]], Iterable[Row | Lost]],
     config: Mapping[str, Any],
-    count: int,
+    places: Sequence[Place],
     seed: int,
     *,
     what: str,
@@ -33,13 +32,12 @@ def stored_scene_rows(
     workers: int | None = None,
     out: Path | None = None,
 ) -> list[Row]:
-    """Return a row for each of `count` scenes of each structure: those stored in a folder, and the missing ones
-    computed.
+    """Return a row for each scene, structure by structure: those stored in a folder, and the missing ones computed.
 
     Args:
         compute: yields the rows of some places as they finish; its lost jobs have a structure and a number.
         config: the `fingerprint` of the rows.
-        count: scenes per structure.
+        places: the scenes; structures in turn, so that the rows of an evaluation that was stopped are of all of them.
         seed: of the scenes.
         what: the term for the rows in the progress, such as "scenes built".
         files: names of the other files that will be written to the folder.
@@ -49,8 +47,6 @@ def stored_scene_rows(
     Raises:
         UsageError, BadInput: as raised by `ResultStore`.
     """
-    # Structures in turn, so that the rows of an evaluation that was stopped are of all of them.
-    places = [(shape, number) for number in range(count) for shape in FIRST_SHAPES]
     with (
         store_folder(out) as path,
         ResultStore(path, config, {"structure", "number"}, files) as store,
@@ -64,7 +60,7 @@ def stored_scene_rows(
             what, len(places), len(places) - len(missing),
         )  # fmt: skip
         rows |= {(row["structure"], row["number"]): row for row in computed}
-    return [rows[shape, number] for shape in FIRST_SHAPES for number in range(count)]
+    return [rows[place] for shape in dict.fromkeys(shape for shape, _ in places) for place in places if place[0] == shape]
 
 
 def add_rows(

@@ -11,7 +11,7 @@ from agent.runtime.progress import progress
 from agent.runtime.worker_pool import Workforce
 from grounding.corpus.grammar import sentences
 from grounding.parsers.embedding import EmbeddingParser
-from structdiffusion.benchmark.scenes import EvaluationScene, draw_evaluation_scene
+from structdiffusion.benchmark.scenes import Conditions, EvaluationScene, draw_evaluation_scene
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.parallel import Lost
 from structdiffusion.planners.registry import PLANNERS
@@ -21,7 +21,11 @@ SENTENCE_PLANNERS = tuple(name for name, parts in PLANNERS.items() if parts.sent
 
 
 def draw_scenes(
-    force: Workforce, library: Sequence[ObjectModel], places: Sequence[Place], seed: int
+    force: Workforce,
+    library: Sequence[ObjectModel],
+    places: Sequence[Place],
+    seed: int,
+    conditions: Conditions = Conditions(),
 ) -> tuple[list[EvaluationScene], list[Row]]:
     """Draw the scenes of these places, in their order.
 
@@ -34,7 +38,7 @@ def draw_scenes(
     drawn: dict[Place, EvaluationScene] = {}
     lost = []
     with progress("scenes drawn", len(places)) as advance:
-        for scene in force.do(partial(_draw_scene, seed), tuple, (tuple(library),), places):
+        for scene in force.do(partial(_draw_scene, seed, conditions), tuple, (tuple(library),), places):
             if isinstance(scene, Lost):
                 lost.append(lost_row(scene.job, seed, scene.reason))
             else:
@@ -43,8 +47,10 @@ def draw_scenes(
     return [drawn[place] for place in places if place in drawn], lost
 
 
-def _draw_scene(seed: int, library: Sequence[ObjectModel], place: Place) -> EvaluationScene:
-    return draw_evaluation_scene(library, *place, seed=seed)
+def _draw_scene(
+    seed: int, conditions: Conditions, library: Sequence[ObjectModel], place: Place
+) -> EvaluationScene:
+    return draw_evaluation_scene(library, *place, seed=seed, conditions=conditions)
 
 
 def with_sentences(scenes: Sequence[EvaluationScene], *, parsed: bool) -> list[EvaluationScene]:

@@ -53,7 +53,10 @@ from grounding.goals.description import describe_part, describe_parts
 SESSION, PAGE = "session.jsonl", "report.html"
 OFFERED = 3  # arrangements of a proposal that get a plan
 TURNS_KEPT = 20
-_ARM = ("planned", "plan_failed", "picked", "pick_failed", "placed", "standing_changed", "noticed", "place_failed", "stopped")
+_ARM = (
+    "planned", "plan_failed", "picked", "pick_failed", "placed", "standing_changed", "noticed", "set_aside",
+    "place_failed", "stopped",
+)  # fmt: skip
 
 
 class SharedTable:

@@ -40,6 +40,7 @@ _ANSWERS = {
     "go on": "the build goes on",
     "place again": "it is placed again",
     "take down": "what stands on it is taken down first",
+    "set aside": "it is set aside first",
     "lay out anew": "what is left is laid out anew",
     "leave out": "it is left out",
     "end": "the build ends here",
@@ -80,6 +81,10 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
         case "noticed":
             answer = _ANSWERS.get(payload["action"], payload["action"])
             return f"noticed: {payload['name']} {payload['detail']}; {answer}"
+        case "set_aside" if payload["trouble"]:
+            return f"could not set {payload['name']} aside, which was {payload['detail']}: {payload['trouble']}"
+        case "set_aside":
+            return f"set {payload['name']} aside, which was {payload['detail']}"
         case "place_failed":
             return f"could not place {payload['name']}: {payload['reason']}"
         case "stopped":

@@ -22,7 +22,7 @@ TOKEN_VARIABLE = "STRUCTAGENT_MCP_TOKEN"
 SECRETS = (KEY_VARIABLE, TOKEN_VARIABLE)  # variables that no file may hold
 MOST_SEED = 2**63 - 1  # largest seed that every generator takes
 MOST_WORKERS = 1024  # more than any machine has cores
-LIBRARIES = ("ycb", "procedural", "random_urdfs", "training", "validation", "blocks")
+LIBRARIES = ("ycb", "procedural", "random_urdfs", "training", "validation", "blocks", "unseen_urdfs")
 
 
 @dataclass(frozen=True)

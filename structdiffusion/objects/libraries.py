@@ -26,6 +26,11 @@ def validation_objects() -> list[ObjectModel]:
     return procedural_objects(first=TRAINING_COUNT) + everyday_objects()
 
 
+def unseen_urdfs_objects() -> list[ObjectModel]:
+    """Return 200 of PyBullet's random bodies that no model was trained on: those after the training objects."""
+    return random_urdfs_objects(first=len(random_urdfs_objects()))
+
+
 LIBRARIES: dict[str, Callable[[], list[ObjectModel]]] = {
     "procedural": procedural_objects,
     "random_urdfs": random_urdfs_objects,
@@ -33,6 +38,7 @@ LIBRARIES: dict[str, Callable[[], list[ObjectModel]]] = {
     "training": training_objects,
     "validation": validation_objects,
     "blocks": block_objects,
+    "unseen_urdfs": unseen_urdfs_objects,
 }
 
 
@@ -40,8 +46,8 @@ def load_objects(source: str | Path) -> list[ObjectModel]:
     """Load the objects of a library, or of a folder of meshes.
 
     Args:
-        source: "procedural", "random_urdfs", "ycb", "training", "validation", "blocks", or the path of a folder of
-            meshes (see `folder_objects`). For a folder with the name of a library, give a path such as
+        source: "procedural", "random_urdfs", "ycb", "training", "validation", "blocks", "unseen_urdfs", or the
+            path of a folder of meshes (see `folder_objects`). For a folder with the name of a library, give a path such as
             "./ycb".
 
     Raises:

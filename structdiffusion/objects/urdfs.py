@@ -16,14 +16,18 @@ _LARGEST = 0.16
 _FRICTION = 0.5
 
 
-def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
-    """Return the first `count` usable bodies, scaled as their URDF says; their category is "object".
+def random_urdfs_objects(count: int = 200, first: int = 0) -> list[ObjectModel]:
+    """Return `count` usable bodies, scaled as their URDF says; their category is "object".
 
     Each is a union of a few convex pieces, which are its parts, in a pose of rest. Bodies longer than 16 cm, or with
     coordinates that are not numbers (168), are omitted.
 
+    Args:
+        count: how many.
+        first: how many usable ones come before them.
+
     Raises:
-        ObjectError: if `count` is not between 1 and 1000, or exceeds the number of usable bodies.
+        ObjectError: if `count` is not between 1 and 1000, or there are fewer usable bodies.
     """
     if not 1 <= count <= AVAILABLE:
         raise ObjectError(f"count must be between 1 and {AVAILABLE}, got {count}")
@@ -32,13 +36,13 @@ def random_urdfs_objects(count: int = 200) -> list[ObjectModel]:
     root = Path(pybullet_data.getDataPath()) / "random_urdfs"
     models: list[ObjectModel] = []
     for folder in sorted(root.iterdir()):
-        if len(models) == count:
+        if len(models) == first + count:
             break
         if (urdf := folder / f"{folder.name}.urdf").is_file() and (model := _object(urdf)) is not None:
             models.append(model)
-    if len(models) < count:
-        raise ObjectError(f"PyBullet's random_urdfs hold {len(models)} usable bodies, {count} were asked for")
-    return models
+    if len(models) < first + count:
+        raise ObjectError(f"PyBullet's random_urdfs hold {len(models)} usable bodies, {first + count} were asked for")
+    return models[first:]
 
 
 def _object(urdf: Path) -> ObjectModel | None:

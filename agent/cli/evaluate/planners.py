@@ -36,18 +36,25 @@ class Difficulty(str, Enum):
     hard = "hard"
 
 
+StructuresOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="|".join(SHAPES),
+        help="Structure to measure. Repeatable.  [default: the first four, which every planner builds]",
+    ),
+]
+CountOption = Annotated[
+    str | None,
+    typer.Option(metavar="LOW-HIGH", help="Number of objects in the structure; by default as in training."),
+]
+
+
 def success(
     objects: ObjectsOption = "ycb",
     model: ModelsOption = None,
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
-    structure: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="|".join(SHAPES),
-            help="Structure to measure. Repeatable.  [default: the first four, which every planner builds]",
-        ),
-    ] = None,
+    structure: StructuresOption = None,
     scenes: ScenesOption = 50,
     seed: SeedOption = 0,
     candidates: Annotated[
@@ -58,10 +65,7 @@ def success(
         int | None,
         typer.Option(metavar="N", min=1, help="Largest k of success@k; by default 5, or --candidates if that is less."),
     ] = None,
-    objects_per_scene: Annotated[
-        str | None,
-        typer.Option(metavar="LOW-HIGH", help="Number of objects in the structure; by default as in training."),
-    ] = None,
+    objects_per_scene: CountOption = None,
     table: Annotated[
         str | None, typer.Option(metavar="DEPTHxBREADTH", help="Size of the table, m; by default 0.54x0.90.")
     ] = None,
@@ -115,9 +119,11 @@ def arm(
     model: ModelOption = "diffusion",
     weights: WeightsOption = None,
     allow_unverified: UnverifiedOption = False,
+    structure: StructuresOption = None,
     scenes: ScenesOption = 5,
     seed: SeedOption = 0,
     candidates: CandidatesOption = 64,
+    objects_per_scene: CountOption = None,
     hold: HoldOption = Hold.friction,
     workers: PoolOption = None,
     out: RowsOption = None,
@@ -136,11 +142,12 @@ def arm(
     """
     claim_folder(out, "evaluation", force)
     import_pybullet_silently()
-    from agent.evaluation.arm import measure_arm, print_arm
+    from agent.evaluation.arm import ArmConfig, measure_arm, print_arm
     from agent.evaluation.report import write_evaluation
+    from agent.evaluation.success.measure import checked_structures
 
-    options = {"workers": workers, "out": out, "allow_unverified": allow_unverified, "hold": hold.value}
-    measure = partial(measure_arm, objects, model, weights, scenes, seed, candidates, **options)
+    config = ArmConfig(objects, weights, seed, candidates, allow_unverified, model, hold.value, objects_per_scene)
+    measure = partial(measure_arm, config, checked_structures(structure), scenes, workers=workers, out=out)
     finish(measure, print_arm, out, json_output, write_evaluation)
 
 

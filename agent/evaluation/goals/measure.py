@@ -1,50 +1,23 @@
-"""Measure planners on the same scenes of the benchmark of goals: rows that are missing are computed by workers."""
+"""Measure planners on the same scenes of the benchmark of goals."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from agent.arm.fixed_objects import with_fixed
+from agent.evaluation.goal_rows import LoadedPlanners, RowsWanted, goal_rows, goals_report
 from agent.evaluation.goals.arm import build_goal_scene
 from agent.evaluation.goals.config import GoalsConfig, checked_families
 from agent.evaluation.goals.rates import rates_of
-from agent.evaluation.goals.solve import DISTURBED, judge_disturbed, lost_rows, proposals_of, solve_goal_scene
-from agent.evaluation.report import REPORT, report_frame
-from agent.evaluation.result_store import ResultStore, store_folder
-from agent.evaluation.rows import LOST, Row, measured
+from agent.evaluation.goals.solve import DISTURBED, judge_disturbed, proposals_of, solve_goal_scene
+from agent.evaluation.rows import Row
 from agent.pipeline.candidates import checked_planner
-from agent.pipeline.resources import ResourceCache
-from agent.runtime.progress import progress
-from agent.runtime.worker_pool import workforce
-from structdiffusion.benchmark.goals import draw_goal_scene
-from structdiffusion.data.scene_sampling import SceneError
+from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.objects.libraries import load_objects
-from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import Lost
-from structdiffusion.planners.goal_planner import GoalPlanner
-
-NO_SCENE = "no_scene"  # key of the reason in a row for which no scene can be drawn from these objects
-Library = tuple[ObjectModel, ...]
-
-
-@dataclass(frozen=True)
-class _Job:
-    """The missing rows of one scene.
-
-    Attributes:
-        family, number: of the scene.
-        draw: that an earlier command accepted, or `None`.
-        models: planners whose rows are missing.
-    """
-
-    family: str
-    number: int
-    draw: int | None
-    models: tuple[str, ...]
 
 
 def measure_goals(
@@ -79,60 +52,23 @@ def measure_goals(
     for name in models:  # an unknown name or a broken checkpoint is reported before any scene is drawn
         checked_planner(name, config.weights, config.allow_unverified)
     library = tuple(load_objects(config.objects))
-    keys = {"model", "family", "number"}
-    with (
-        store_folder(out) as path,
-        ResultStore(path, config.fingerprint(library, models), keys, (REPORT,)) as store,
-        workforce(workers, None) as force,
-    ):
-        rows = {_key(row): row for row in measured(store.rows)}
-        # Families in turn, so that the rows of an evaluation that was stopped are of all of them.
-        named = (*models, DISTURBED) if disturbed else models
-        jobs = list(_missing(rows, named, [(family, number) for number in range(scenes) for family in chosen]))
-        absolute = replace(config, weights=config.weights and config.weights.absolute())
-        with progress("scenes of goals", len(jobs)) as advance:
-            for result in force.do(partial(_solve_job, absolute), _Loaded, (library,), jobs):
-                if isinstance(result, Lost):
-                    job = result.job
-                    result = lost_rows(job.models, job.family, job.number, config.seed, result.reason, LOST)
-                for row in result:
-                    store.add(row)
-                    rows[_key(row)] = row
-                advance(all(LOST not in row for row in result))
-    return _report(config, list(rows.values()))
+    wanted = RowsWanted("model", (*models, DISTURBED) if disturbed else models, chosen, scenes, config.seed)
+    solve = partial(_rows, replace(config, weights=config.weights and config.weights.absolute()))
+    fingerprint = config.fingerprint(library, models)
+    rows = goal_rows(wanted, solve, library, fingerprint, "scenes of goals", workers=workers, out=out)
+    return report_of(config, rows)
 
 
-def _key(row: Row) -> tuple[str, str, int]:
-    return row["model"], row["family"], row["number"]
+def report_of(config: GoalsConfig, rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the report of rows, by planner and family."""
+    order = tuple(dict.fromkeys(row["model"] for row in rows)), checked_families(None)
+    return goals_report(rows, "model", order, config.command, _rates, config.seed)
 
 
-def _missing(rows: dict[Any, Row], models: Sequence[str], places: Sequence[tuple[str, int]]) -> Iterator[_Job]:
-    draws = {(row["family"], row["number"]): row["draw"] for row in rows.values() if "draw" in row}
-    for place in places:
-        wanted = tuple(model for model in models if (model, *place) not in rows)
-        if wanted:
-            yield _Job(*place, draws.get(place), wanted)
-
-
-class _Loaded:
-    """The resources that a worker keeps between its jobs."""
-
-    def __init__(self, library: Library) -> None:
-        self.objects, self._cache = library, ResourceCache()
-
-    def planner(self, name: str, config: GoalsConfig) -> GoalPlanner:
-        """Return the planner of goals that uses the planner of a name for its structures."""
-        return self._cache.goal_planner(name, config.weights, config.allow_unverified)
-
-
-def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
-    """Draw a scene and let each planner solve it; return their rows."""
-    try:
-        scene = draw_goal_scene(loaded.objects, job.family, job.number, seed=config.seed, accepted=job.draw)
-    except SceneError as error:
-        return lost_rows(job.models, job.family, job.number, config.seed, str(error), NO_SCENE)
+def _rows(config: GoalsConfig, loaded: LoadedPlanners, scene: GoalScene, models: Sequence[str]) -> list[Row]:
+    """Let each planner solve a scene; return their rows."""
     rows = []
-    for name in job.models:
+    for name in models:
         if name == DISTURBED:
             rows.append({"model": name, **judge_disturbed(scene)})
             continue
@@ -147,22 +83,5 @@ def _solve_job(config: GoalsConfig, loaded: _Loaded, job: _Job) -> list[Row]:
     return rows
 
 
-def _report(config: GoalsConfig, rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the report of rows, by planner and family."""
-    models = tuple(dict.fromkeys(row["model"] for row in rows))
-    families = tuple(family for family in checked_families(None) if any(row["family"] == family for row in rows))
-    scenes = 1 + max((row["number"] for row in rows), default=0)
-    rows = sorted(rows, key=lambda row: (models.index(row["model"]), families.index(row["family"]), row["number"]))
-    drawn = [row for row in rows if NO_SCENE not in row]
-    return {
-        **report_frame(config.command(models, families, scenes), len(drawn), config.seed),
-        "rows": rows,
-        "left_out": len(rows) - len(drawn),
-        "aggregate": {
-            model: {
-                family: rates_of([row for row in drawn if row["model"] == model and family in ("all", row["family"])])
-                for family in (*families, "all")
-            }
-            for model in models
-        },
-    }
+def _rates(rows: Sequence[Row], model: str) -> dict[str, Any]:
+    return rates_of([row for row in rows if row["model"] == model])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -146,8 +145,3 @@ def rival_verdicts(scene: GoalScene, verdict: Verdict | None) -> dict[str, bool 
         return scene.rival_verdicts(np.asarray(verdict.world_from_final))
     known = scene.rival_verdicts(scene.world_from_initial)
     return {name: None if accepts is None else False for name, accepts in known.items()}
-
-
-def lost_rows(models: Sequence[str], family: str, number: int, seed: int, reason: str, key: str) -> list[Row]:
-    """Return the rows of a scene that could not be measured, with the reason under `key`."""
-    return [{"model": model, "family": family, "number": number, "seed": seed, key: reason} for model in models]

@@ -11,7 +11,7 @@ import numpy as np
 
 from agent.arm.build_listeners import BuildListeners
 from agent.arm.disturbances import DISTURBANCES, Disturbance, Disturber
-from agent.arm.events import Disturbed, Placed, PlaceFailed, PlanFailed, Planned
+from agent.arm.events import Placed, PlaceFailed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.interference import keep_away, spare_model
 from agent.arm.kinematics import JacoArm
@@ -172,10 +172,8 @@ class LoopBuild:
 def _short(event: Event) -> str:
     """Describe an event of a build in a few words."""
     words = [kind_of(event).replace("_", " "), getattr(event, "name", "")]
-    if isinstance(event, Disturbed):
-        words.append(event.detail)
-    elif isinstance(event, PlanFailed | PlaceFailed):
+    if isinstance(event, PlanFailed | PlaceFailed):
         words.append(f"({event.reason})")
     else:
-        words += [getattr(event, key, "") for key in ("what", "action", "trouble", "again")]
+        words += [getattr(event, key, "") for key in ("what", "detail", "action", "trouble", "again")]
     return " ".join(filter(None, words))

@@ -5,8 +5,10 @@ import pytest
 
 from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.build_listeners import BuildListeners
-from agent.arm.events import Noticed, Picked, Placed, PlaceFailed, StandingChanged
+from agent.arm.events import Noticed, Picked, Placed, PlaceFailed, SetAside, StandingChanged
 from agent.arm.executor import build_structure
+from agent.arm.handling import BLOCKED
+from agent.arm.interference import keep_away
 from agent.arm.kinematics import JacoArm
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
@@ -20,7 +22,7 @@ ROW = [(0.4, -0.3, 0.3), (0.4, -0.1, 0.0), (0.35, 0.1, 0.0)]
 class Build:
     """One build of some objects; `disturb(build, event)` is called for every event."""
 
-    def __init__(self, kinds, goals, disturb=None, hold="weld", blind=False):
+    def __init__(self, kinds, goals, disturb=None, hold="weld", blind=False, spare=None):
         models = [procedural_object(kind, index) for index, kind in enumerate(kinds)]
         start = [pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in ROW[: len(kinds)]]
         self.goals = np.array([pose_from_xyz_yaw(x, y, z, yaw) for (x, y, z), (_, _, yaw) in zip(goals, ROW)])
@@ -30,7 +32,10 @@ class Build:
             self.arm = JacoArm(self.world.client)
             self.arm.hold_by(hold)
             scene = self.world.observe(np.random.default_rng(0))
-            arrangement = Arrangement(self.goals @ np.linalg.inv(np.array(self.world.poses())))
+            if spare is not None:
+                keep_away(self.world, procedural_object(spare, len(kinds)))
+            initial = np.array(self.world.poses())[: len(kinds)]
+            arrangement = Arrangement(self.goals @ np.linalg.inv(initial))
             true = self.world.pose
             if blind:
                 noise = np.random.default_rng(1)
@@ -44,7 +49,7 @@ class Build:
                     disturb(self, event)
             self.world.pose = true
             self.world.step(1.0)
-            self.ends = np.array(self.world.poses())
+            self.ends = np.array(self.world.poses())[: len(kinds)]
 
     def lose(self, disturb):
         """Open the hand once, on the way with what it has picked."""
@@ -132,6 +137,52 @@ def test_what_is_gone_is_left_out_and_the_rest_is_built():
     there = [index for index in range(3) if index != noticed.object]
     assert sorted(event.object for event in build.of(Placed)) == there and build.off[there].max() < 0.03
     assert not build.of(PlaceFailed)
+
+
+@pytest.mark.parametrize("where", ["of the one in the hand", "of the next one", "on the one that stands"])
+def test_what_is_put_in_the_way_is_set_aside_and_nothing_is_put_onto_it(where):
+    """Somebody puts a candle where an object is to go: the arm sees it on its way, puts back what it holds, and builds
+    what was planned after it has taken the candle away.
+    """
+    stacked = where == "on the one that stands"
+    height = procedural_object("block", 0).height
+    goals = [(0.55, 0.0, 0.0), (0.55, 0.0, height), (0.55, 0.25, 0.0)] if stacked else FLAT
+
+    def put(build, event):
+        def act():
+            placed = [one.object for one in build.of(Placed)]
+            waiting = [index for index in range(3) if index not in (*placed, event.object)]
+            x, y, z = goals[waiting[0] if where == "of the next one" else event.object]
+            build.world.set_pose(3, pose_from_xyz_yaw(x, y, z, 0.0))
+            build.world.free(build.world.bodies[3])
+
+        # Of these three, what goes onto the block is placed last.
+        once(build, act, lambda event: isinstance(event, Picked) and len(build.of(Placed)) == 1 + stacked)
+
+    build = Build(("block", "jar", "can"), goals, put, spare="candle")
+    asides = build.of(SetAside)
+    assert asides and not asides[-1].trouble and asides[-1].object is None
+    assert [(event.what, event.action) for event in build.of(Noticed)] == [("appeared", "set aside")]
+    assert [event.reason for event in build.of(PlaceFailed)] == [BLOCKED] * (where != "of the next one")
+    assert sorted({event.object for event in build.of(Placed)}) == [0, 1, 2] and build.off.max() < 0.03
+
+
+def test_nothing_is_let_go_over_what_was_to_carry_it_and_is_gone():
+    """Somebody takes the lower block away while the upper one is in the hand."""
+    height = procedural_object("block", 0).height
+
+    def take_away(build, event):
+        once(
+            build,
+            lambda: build.world.set_pose(0, AWAY),
+            lambda event: isinstance(event, Picked) and event.object == 1,
+        )
+
+    build = Build(("block", "block"), [(0.55, 0.2, 0.0), (0.55, 0.2, height)], take_away)
+    assert [event.reason for event in build.of(PlaceFailed)][:1] == [BLOCKED]
+    assert [(event.object, event.what) for event in build.of(Noticed)] == [(0, "gone")]
+    assert [event.object for event in build.of(Placed)] == [0]
+    assert build.ends[1][2, 3] < 0.005 and np.linalg.norm(build.ends[1][:2, 3] - ROW[1][:2]) < 0.02  # it is put back
 
 
 @pytest.mark.parametrize("hold", ["weld", "friction"])

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from agent.arm.eyes import Eyes
+from agent.arm.eyes import ON_HEAD, ON_SIDE, Eyes
 from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
 from agent.arm.standing_watch import StandingWatch
 from structdiffusion.completion.surface import completed_scene
-from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, tilt_between
+from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, raised, tilt_between
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.simulation.world import TABLE, TabletopWorld
 
@@ -45,7 +45,7 @@ def table():
 
 
 def test_the_arm_is_in_no_picture(table):
-    picture = table.eyes.picture()
+    picture = table.eyes.camera.picture()
     arm = picture.segmentation == table.arm.body
     assert arm.sum() > 1000 and not np.isfinite(picture.depth[arm]).any() and not np.isfinite(picture.points[arm]).any()
     objects = np.isin(picture.segmentation, table.world.bodies[:3])
@@ -115,3 +115,75 @@ def test_what_is_placed_out_of_sight_is_not_taken_to_stand(table):
     table.changes({0: out})
     assert table.eyes.unconfirmed == {0}
     assert watch.place(0, out, TABLE)[0] == "cannot be seen where it was put"
+
+
+def test_what_is_put_on_top_of_something_known_is_unknown_and_takes_nothing_from_it(table):
+    x, y, _ = PLACES[0]
+    height = table.world.models[0].height
+    watch = StandingWatch(table.eyes)
+    watch.place(0, np.eye(4), TABLE)
+    table.world.set_pose(3, pose_from_xyz_yaw(x, y, height, 0.0))
+    assert table.changes() == [(None, "appeared")]
+    (cloud,) = table.eyes.unknown
+    assert np.percentile(cloud[:, 2], 5) > height - 0.02  # it alone, and not what it stands on
+    assert list(watch.changes("nothing")) == []
+
+
+@pytest.mark.parametrize("kind, index, alike", [("block", 6, True), ("bottle", 1, False), ("box", 2, False)])
+def test_what_may_have_rolled_over_and_looks_the_same_then_is_not_sure_to_stand(kind, index, alike):
+    """A block of 36, 40 and 38 mm on its side looks as if it stood; a bottle does not."""
+    pushed = pose_from_xyz_yaw(0.05, 0.03, 0.0, 0.0)
+    with TabletopWorld([procedural_object(kind, index)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.3)]) as world:
+        world.settle()
+        scene = world.observe(np.random.default_rng(0))
+        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        world.set_pose(0, pose_from_xyz_yaw(0.01, 0.0, 0.0, 0.0) @ world.pose(0))
+        eyes.look({})
+        assert not eyes.doubts  # it may not have rolled over on so short a way
+        world.set_pose(0, pushed @ world.pose(0))
+        eyes.look({})
+        assert eyes.doubts == ({0: ON_SIDE} if alike else {})
+        trouble, _ = StandingWatch(eyes).place(0, eyes.motions[0], TABLE)
+        assert trouble == (ON_SIDE if alike else "")
+
+
+def test_what_leans_does_not_stand():
+    """A low can that leans by 20 degrees is as high as one that stands."""
+    with TabletopWorld([procedural_object("can", 37)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.0)]) as world:
+        world.settle()
+        scene = world.observe(np.random.default_rng(0))
+        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        world.set_pose(0, pose_from_xyz_rpy((0.5, 0.1, 0.04), (math.radians(20), 0.0, 0.0)))
+        world.hold(0)
+        eyes.look({0: pose_from_xyz_yaw(0.1, 0.1, 0.03, 0.0)})
+        assert math.degrees(tilt_between(eyes.motions[0], np.eye(4))) == pytest.approx(20, abs=3)
+
+
+@pytest.mark.parametrize("kind, index, doubt", [("can", 4, {0: ON_HEAD}), ("jar", 5, {})])
+def test_what_fell_out_of_the_hand_may_stand_on_its_head(kind, index, doubt):
+    """A can has two ends alike; what was pushed along the table does not come to stand on its head."""
+    with TabletopWorld([procedural_object(kind, index)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.3)]) as world:
+        world.settle()
+        scene = world.observe(np.random.default_rng(0))
+        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        world.set_pose(0, pose_from_xyz_yaw(0.0, 0.1, 0.0, 0.0) @ world.pose(0))
+        eyes.look({})
+        assert not eyes.doubts
+        eyes.look({}, dropped=0)
+        assert eyes.doubts == doubt
+
+
+def test_what_stands_in_the_hollow_of_a_plate_rests_on_it():
+    """It stands 2 cm lower than on the plate's rim, where a solid plate would carry it."""
+    models = [procedural_object("plate", 36), procedural_object("block", 6)]
+    with TabletopWorld(models, [pose_from_xyz_yaw(0.5, 0.0, 0.0, 0.0), pose_from_xyz_yaw(0.35, 0.3, 0.0, 0.0)]) as world:
+        world.settle()
+        first = world.pose(1)
+        scene = world.observe(np.random.default_rng(0))
+        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        world.set_pose(1, pose_from_xyz_yaw(0.5, 0.0, models[0].height, 0.0))
+        world.settle(1.0)
+        now = world.pose(1) @ np.linalg.inv(first)
+        assert world.pose(1)[2, 3] < models[0].height - 0.015
+        eyes.look({1: now})
+        assert StandingWatch(eyes).place(1, raised(now, 0.023), 0) == ("", "plate")

@@ -4,10 +4,13 @@ import json
 import os
 from functools import partial
 
+import pytest
+
 from agent.cli.app import command_line
 from agent.evaluation import arm
 from agent.evaluation.arm import _build_scene, _rates
 from agent.evaluation.scenes import with_sentences
+from grounding.spec import FIRST_SHAPES
 from structdiffusion.benchmark.scenes import draw_evaluation_scenes
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.planners.geometric import GeometricPlanner
@@ -72,9 +75,25 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
     assert "holds an evaluation with --seed 3, not with --seed 4" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("in_this_process")
+def test_one_structure_of_so_many_objects(objects, capsys, monkeypatch):
+    counts = []
+
+    def counted(candidates, hold, planner, scene):
+        counts.append(scene.drawn.count)
+        return quick(candidates, hold, planner, scene)
+
+    monkeypatch.setattr(arm, "_build_scene", counted)
+    asked = ["evaluate", "arm", "--objects", objects, "--model", "geometric", "--structure", "line", "--scenes", "2"]
+    assert command_line([*asked, "--objects-per-scene", "3", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert counts == [3, 3] and list(report["aggregate"]) == ["line", "all"]
+    assert "--structure line --candidates 64 --objects-per-scene 3" in report["command"]
+
+
 def test_it_goes_on_where_it_was_killed(objects, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(arm, "_build_scene", quick)
-    options = (objects, "geometric", None, 1, 3, 8)
+    options = arm.ArmConfig(objects, seed=3, candidates=8, model="geometric"), FIRST_SHAPES, 1
     report = arm.measure_arm(*options, workers=0, out=tmp_path / "out")
     journal = tmp_path / "out" / "rows.jsonl"
     content = journal.read_bytes()

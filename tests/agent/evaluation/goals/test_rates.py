@@ -2,11 +2,11 @@
 
 import io
 
+from agent.evaluation.goal_rows import RowsWanted, SceneJob
 from agent.evaluation.goals.config import GoalsConfig
-from agent.evaluation.goals.measure import _report
+from agent.evaluation.goals.measure import report_of
 from agent.evaluation.goals.rates import rates_of
 from agent.evaluation.goals.report import print_goals
-from agent.evaluation.goals.solve import lost_rows
 
 
 def row(number, success, failure=None, model="geometric", family="metric", kind="gap", **more):
@@ -23,6 +23,11 @@ ROWS = [
     row(2, False, "intersection", rivals={"LGMCTS": False, "SREM": None}, aside=[3]),
     row(3, False, "no arrangement"),
 ]
+
+
+def rows_without(model, family, number, why, reason):
+    wanted = RowsWanted("model", (model,), (family,), number + 1, 0)
+    return wanted.without(SceneJob(family, number, None, (model,)), why, reason)
 
 
 def test_rates_of_rows():
@@ -48,7 +53,7 @@ def test_what_rivals_accept_that_fails_ours():
 
 
 def test_rows_whose_worker_died_count_as_failed():
-    died = lost_rows(("geometric",), "metric", 4, 0, "worker died", "lost")
+    died = rows_without("geometric", "metric", 4, "lost", "worker died")
     found = rates_of([*ROWS, *died])
     assert found["n"] == 5 and found["success"]["n"] == 5 and found["lost"] == 1 and found["kinds"]["gap"]["n"] == 3
 
@@ -56,8 +61,8 @@ def test_rows_whose_worker_died_count_as_failed():
 def test_the_report_has_every_model_and_family_and_leaves_out_what_has_no_scene():
     built = {"planned": True, "placed": 2, "to_place": 2, "stands": True, "seconds": 30.0}
     rows = [*ROWS, row(0, True, model="diffusion", family="order", kind="line by height", arm=built)]
-    rows += lost_rows(("diffusion",), "new-shapes", 0, 0, "no scene", "no_scene")
-    report = _report(GoalsConfig("blocks"), rows)
+    rows += rows_without("diffusion", "new-shapes", 0, "no_scene", "no scene")
+    report = report_of(GoalsConfig("blocks"), rows)
     assert report["n"] == 5 and report["left_out"] == 1 and report["seed"] == 0
     assert "evaluate goals --objects blocks --scenes 4" in report["command"]
     assert list(report["aggregate"]["geometric"]) == ["metric", "order", "new-shapes", "all"]
