@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.arm.events import ArmEvent, Noticed, PlanFailed, Planned
 from agent.arm.clearing import Obstruction, plan_aside
+from agent.arm.events import ArmEvent, Noticed, PlanFailed, Planned
 from agent.arm.eyes import Eyes
 from agent.arm.grasps import Grasp
 from agent.arm.object_planner import ObjectPlan, alike
