@@ -21,6 +21,8 @@ LONG = (
     ("tests/agent/evaluation/success/",),
     ("tests/agent/chat/test_repl.py",),
     ("tests/agent/arm/test_tracking.py",),
+    ("tests/agent/arm/test_closed_loop.py",),
+    ("tests/agent/chat/test_steering.py", "tests/agent/chat/test_timeline.py"),
 )
 
 

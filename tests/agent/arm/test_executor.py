@@ -57,6 +57,21 @@ def test_pick_and_place(kind, hold):
     assert placed.position_error_m < 0.03 and placed.to_dict()["kind"] == "placed"
 
 
+def test_the_tips_fold_around_a_can_too_wide_to_be_pinched():
+    """By friction alone, and lifted: with stiff tips the fingers press it out of the hand."""
+    can = procedural_object("can", 27)
+    start, goal = (pose_from_xyz_yaw(0.45, y, 0.0, 0.0) for y in (-0.15, 0.1))
+    assert np.ptp(can.footprint, axis=0).min() > 0.1
+    with TabletopWorld([can], [start]) as world:
+        arm = JacoArm(world.client)
+        scene = world.observe(np.random.default_rng(0))
+        arrangement = Arrangement((goal @ np.linalg.inv(start))[None])
+        events = list(build_structure(world, arm, scene, [arrangement], rng=np.random.default_rng(0)))
+        assert [event.hold for event in events if isinstance(event, Picked)] == ["friction"]
+        assert np.linalg.norm(world.pose(0)[:3, 3] - goal[:3, 3]) < 0.02
+        assert arm.tip_angles() == pytest.approx(np.zeros(3), abs=0.02)  # they stretch again when the hand opens
+
+
 @pytest.mark.parametrize(
     "name, height, yaw", [("j2n6s300", 0.0, 90.0), ("j2n6s300", -0.12, 60.0), ("j2s6s300", 0.08, 90.0)]
 )
