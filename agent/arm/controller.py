@@ -72,8 +72,6 @@ class ArmDriver:
         log: MotionListener | None = None,
     ) -> None:
         self.world, self.arm, self.on_step, self.log = world, arm, on_step, log
-        if not arm.welds:
-            world.refine(GRIP_ITERATIONS)
 
     def halt(self) -> None:
         """Stop the joints where they are."""
@@ -154,6 +152,9 @@ class ArmDriver:
         """
         self._begin("close hand")
         arm = self.arm
+        if not arm.welds:
+            arm.brace()
+            self.world.refine(GRIP_ITERATIONS)
         targets = arm.finger_angles()
         touched = {body: set[int]() for body in bodies}
         patience = 1 if arm.welds else round(THIRD_FINGER_SECONDS / TIME_STEP)

@@ -92,7 +92,7 @@ def is_round(points: np.ndarray) -> bool:
     return bool(extents.max() < 1.12 * extents.min() + 0.002)
 
 
-def grasps_of(points: np.ndarray, support: float = 0.0, friction: bool = False, limit: int = 60) -> list[Grasp]:
+def grasps_of(points: np.ndarray, support: float = 0.0, friction: bool = False, limit: int = 120) -> list[Grasp]:
     """Return the grasps of one object, best first; those that only slide it come after those that lift it.
 
     Args:

@@ -215,9 +215,8 @@ class JacoArm:
         for link in self.finger_links:
             # Rubber-like pads, as on the real fingers; and spinning friction, so that thin things do not turn.
             pybullet.changeDynamics(
-                self.body, link, lateralFriction=1.0, spinningFriction=0.01, jointDamping=0.02,
-                localInertiaDiagonal=[FINGER_INERTIA] * 3, physicsClientId=client,
-            )  # fmt: skip
+                self.body, link, lateralFriction=1.0, spinningFriction=0.01, jointDamping=0.02, physicsClientId=client
+            )
         self.wound = np.zeros(len(self.joints))
         self.fold_at_once()
 
@@ -256,6 +255,12 @@ class JacoArm:
         if hold not in HOLDS:
             raise ValueError(f"hold cannot be {hold!r}; legal values: {', '.join(HOLDS)}")
         self.hold = hold
+
+    def brace(self) -> None:
+        """Give the fingers the inertia of their drives, with which they press as hard as their motors can."""
+        inertia = [FINGER_INERTIA] * 3
+        for link in self.finger_links:
+            pybullet.changeDynamics(self.body, link, localInertiaDiagonal=inertia, physicsClientId=self.client)
 
     @property
     def welds(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,7 +83,8 @@ class ObjectPlanner:
         rules: what else is known of the placements.
     """
 
-    finder = Reachability
+    finder: Callable[..., Reachability] = Reachability
+    standing: Callable[..., Standing] = Standing
 
     def __init__(
         self, scene: PlanningScene, rng: np.random.Generator, rules: PlacementRules = PlacementRules()
@@ -181,7 +182,7 @@ class ObjectPlanner:
         for standing in known:
             if standing.bottom == bottom and np.array_equal(standing.cloud, cloud):
                 return standing
-        known.append(Standing(cloud, bottom, friction=not self.scene.arm.welds))
+        known.append(self.standing(cloud, bottom, friction=not self.scene.arm.welds))
         return known[-1]
 
     def loosen(self, loose: bool) -> None:

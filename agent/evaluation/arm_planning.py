@@ -10,12 +10,14 @@ import statistics
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 import torch
 
 from agent.arm.events import Planned
+from agent.arm.grasps import Grasp
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.reachability import Reach, Reachability, Standing
@@ -152,20 +154,24 @@ class _TimedReachability(Reachability):
             return super().lines(q, pose)
 
 
+class _TimedStanding(Standing):
+    """An object in one place, for which the fit of grasps is timed."""
+
+    def __init__(self, clock: OuterClock, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._clock = clock
+
+    @cached_property
+    def grasps(self) -> list[Grasp]:
+        with self._clock(GRASPS):
+            return Standing.grasps.func(self)
+
+
 class _TimedSearch(Search):
     """A search whose steps are timed."""
 
     finder = _TimedReachability
 
-    def within_reach(self, index: int, standing: Standing, *arguments: Any) -> bool:
-        self._fit(standing)
-        return super().within_reach(index, standing, *arguments)
-
-    def object(self, index: int, clouds: Any, distractors: Any, bottoms: Any, *arguments: Any, **options: Any) -> Any:
-        self._fit(self.standing_of(index, clouds[index], bottoms[index]))
-        return super().object(index, clouds, distractors, bottoms, *arguments, **options)
-
-    def _fit(self, standing: Standing) -> None:
-        if "grasps" not in vars(standing):
-            with self.scene.clock(GRASPS):
-                standing.grasps  # noqa: B018
+    def __init__(self, scene: _TimedScene, *arguments: Any, **options: Any) -> None:
+        super().__init__(scene, *arguments, **options)
+        self.standing = partial(_TimedStanding, scene.clock)

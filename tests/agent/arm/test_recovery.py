@@ -101,7 +101,7 @@ def test_stopped_between_the_fingers(bench):
     assert np.linalg.norm(bench.world.pose(0)[:2, 3] - START[:2, 3]) < 0.03
 
 
-@pytest.mark.parametrize("height", [0.02, 0.12])
+@pytest.mark.parametrize("height", [0.02, 0.08])
 def test_stopped_with_an_object_in_the_hand(bench, height):
     bench.when = [lambda: bench.height > height]
     with pytest.raises(KeyboardInterrupt):

@@ -55,7 +55,7 @@ def test_the_hand_goes_ahead(angle, ahead):
 def test_grasps_that_lift_come_before_those_that_slide():
     rng = np.random.default_rng(0)
     angles = rng.uniform(0.0, 2 * np.pi, 600)
-    can = np.column_stack((0.03 * np.cos(angles) + 0.4, 0.03 * np.sin(angles), rng.uniform(0.0, 0.1, 600)))
+    can = np.column_stack((0.03 * np.cos(angles) + 0.4, 0.03 * np.sin(angles), rng.uniform(0.0, 0.06, 600)))
     found = [grasp.slides for grasp in grasps_of(can, friction=True)]
     assert found[0] is False and found == sorted(found) and any(found)
     assert not any(grasp.slides for grasp in (*grasps_of(can), *grasps_of(can + (0, 0, 0.1), 0.1, friction=True)))

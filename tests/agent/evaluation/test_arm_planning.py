@@ -10,7 +10,7 @@ def test_the_steps_of_planning_add_up():
     steps = {step["step"]: step for step in row["steps"]}
     assert row["planned"] == row["runs"] == 1 and row["objects"] == [3]
     assert sum(step["seconds"] for step in row["steps"]) == pytest.approx(row["seconds_median"])
-    assert steps[GRASPS]["calls"] == 3 and steps[MOTIONS]["calls"] >= 9  # three motions for each object
+    assert steps[GRASPS]["calls"] == 3 and steps[MOTIONS]["calls"] >= 6  # three motions for each object, or two
     assert all(step["seconds"] > 0 for step in row["steps"]) and steps[REACH]["calls"] >= 3
     assert row["checks"] > 100
 

@@ -33,6 +33,7 @@ def built(disturb):
     """Build a line of two blocks; `disturb(table, event, placed)` may move things. Return the events, and the error."""
     happened: list = []
     with TableScene(BLOCKS, START, 2, np.random.default_rng(0)) as table:
+        table.arm.hold_by("weld")  # so that the hand does not mend what is felled
         scene = table.look()
         happened += [events.Started("line up the blocks", {}), perceived_event(scene, 0.1, table)]
         work = build_with_arm(
