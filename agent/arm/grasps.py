@@ -26,7 +26,7 @@ NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip
 PINCH = 0.017  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
 NARROW_LOSS = 0.1  # of quality: what is round rolls out of two fingers
 LEANING, LEANING_FLAT = 0.25, 1.0  # of quality for each radian: of leaning fingers, one is too high for what is flat
-DEPTHS = (0.06, 0.05, 0.035, 0.022)  # m below the top that the tips end; from the first on, tips fold around wide things
+DEPTHS = (0.06, 0.05, 0.035, 0.022)  # m below the top that the tips end; at 6 cm they fold around wide things
 FEWEST_POINTS = 10  # of a cloud that a hand can be fitted to
 # The friction between a finger and a usual object, 0.5, less what its weight takes: fingers that press further outwards
 # slide along it.

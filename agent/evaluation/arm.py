@@ -22,7 +22,7 @@ from agent.arm.fixed_objects import with_fixed
 from agent.arm.kinematics import JacoArm
 from agent.arm.placement_rules import moving
 from agent.errors import NoValidGoal
-from agent.evaluation.planner_config import PlannerConfig
+from agent.evaluation.planner_config import BuildConfig
 from agent.evaluation.report import (
     REPORT,
     command_line,
@@ -54,17 +54,13 @@ from structdiffusion.worker_process import WORKER_DIED
 
 
 @dataclass(frozen=True)
-class ArmConfig(PlannerConfig):
-    """The options of which a row depends, in addition to those of `PlannerConfig`.
+class ArmConfig(BuildConfig):
+    """The options on which a row depends, in addition to those of `BuildConfig`.
 
     Attributes:
-        model: the planner.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
         objects_per_scene: as for `conditions_of`.
     """
 
-    model: str = "diffusion"
-    hold: str = "friction"
     objects_per_scene: str | None = None
 
     @property

@@ -1,4 +1,4 @@
-"""Define the settings that the evaluations of planners, `evaluate success` and `evaluate goals`, have in common."""
+"""Define the settings that the evaluations of planners, without and with the arm, have in common."""
 
 from __future__ import annotations
 
@@ -46,6 +46,19 @@ class PlannerConfig:
         """
         options = {key: value for key, value in asdict(self).items() if key not in _NOT_IN_ROWS}
         return fingerprint(options, library, models, self.weights, packages)
+
+
+@dataclass(frozen=True)
+class BuildConfig(PlannerConfig):
+    """The options of an evaluation in which the arm builds what one planner proposes.
+
+    Attributes:
+        model: the planner.
+        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+    """
+
+    model: str = "diffusion"
+    hold: str = "friction"
 
 
 def checked_names(option: str, names: Sequence[str] | None, legal: Sequence[str]) -> tuple[str, ...]:

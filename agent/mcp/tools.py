@@ -118,14 +118,11 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
 
     async def build_approval(plan_id: str, context: Context) -> Elicit[Approval] | str:
         plan = table.plans.look_up(plan_id)
-        if approve_all:
-            return _allow_all()
-        _check_that_it_asks(context)
         question = (
             f"Let the robot arm build {plan_id}: {plan.wish}? It moves {_listed(plan.moves) or 'nothing'}. "
             "If it finds no way for exactly this arrangement, it builds another one of the same wish."
         )
-        return Elicit(question, Approval)
+        return _ask(question, context, approve_all)
 
     async def built(
         plan_id: PlanId, context: Context, approval: Annotated[ElicitationResult[Approval], Resolve(build_approval)]
@@ -140,14 +137,11 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
         line = table.spoken(text)
         if table.only_talks(line):
             return _ALLOWED
-        if approve_all:
-            return _allow_all()
-        _check_that_it_asks(context)
         question = (
             f"Let the robot arm take this while it builds: {quoted(line)}? It may then move other objects, or put them "
             "elsewhere, than was approved. It goes on meanwhile."
         )
-        return Elicit(question, Approval)
+        return _ask(question, context, approve_all)
 
     async def said(
         text: Instruction, context: Context, approval: Annotated[ElicitationResult[Approval], Resolve(say_approval)]
@@ -176,10 +170,8 @@ def add_tools(server: MCPServer, table: SharedTable, worker: TableWorker, approv
     async def undo_approval(context: Context, plan: Annotated[UndoPlan, Resolve(undo_plan)]) -> Elicit[Approval] | str:
         if not plan.moved:
             return _ALLOWED
-        if approve_all:
-            return _allow_all()
-        _check_that_it_asks(context)
-        return Elicit(f"Undo the last turn? This puts back {_listed(plan.moved)} (step {plan.version}).", Approval)
+        question = f"Undo the last turn? This puts back {_listed(plan.moved)} (step {plan.version})."
+        return _ask(question, context, approve_all)
 
     async def undone(
         context: Context,
@@ -285,9 +277,17 @@ def _progress(context: Context) -> Any:
     return report
 
 
-def _allow_all() -> str:
-    current_call.get().decision = audit.APPROVED_ALL
-    return _ALLOWED
+def _ask(question: str, context: Context, approve_all: bool) -> Elicit[Approval] | str:
+    """Return the question to a person, or `_ALLOWED` where everything is approved.
+
+    Raises:
+        UsageError: if the client cannot ask; nothing moves then.
+    """
+    if approve_all:
+        current_call.get().decision = audit.APPROVED_ALL
+        return _ALLOWED
+    _check_that_it_asks(context)
+    return Elicit(question, Approval)
 
 
 def _check_that_it_asks(context: Context) -> None:

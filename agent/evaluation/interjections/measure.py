@@ -22,7 +22,7 @@ from agent.chat.conversation import Conversation
 from agent.chat.interjections import Interjection, Script
 from agent.chat.steering import Steering
 from agent.evaluation.interjections.rows import HALVES, Saying, sayings, tables, write_table
-from agent.evaluation.planner_config import PlannerConfig, checked_names
+from agent.evaluation.planner_config import BuildConfig, checked_names
 from agent.evaluation.report import REPORT, command_line, rate_of, report_frame
 from agent.evaluation.result_store import ResultStore, store_folder
 from agent.evaluation.rows import LOST, Row, measured
@@ -41,17 +41,10 @@ RESULTS = ("right", "asked", "late", "wrong", "dropped")
 
 
 @dataclass(frozen=True)
-class SteeringConfig(PlannerConfig):
-    """The options on which a row depends, in addition to those of `PlannerConfig`.
-
-    Attributes:
-        model: the planner.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
-    """
+class SteeringConfig(BuildConfig):
+    """The options on which a row depends."""
 
     objects: str = "ycb"
-    model: str = "diffusion"
-    hold: str = "friction"
 
     def command(self, halves: Sequence[str]) -> str:
         """Return the command that makes these rows."""

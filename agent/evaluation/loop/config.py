@@ -10,23 +10,15 @@ import agent.arm
 import agent.evaluation.loop
 import grounding.goals
 from agent.arm.disturbances import DISTURBANCES
-from agent.evaluation.planner_config import PlannerConfig
+from agent.evaluation.planner_config import BuildConfig
 from agent.evaluation.report import command_line
 from structdiffusion.benchmark.goal_names import LOOP_FAMILIES
 from structdiffusion.objects.model import ObjectModel
 
 
 @dataclass(frozen=True)
-class LoopConfig(PlannerConfig):
-    """The options on which a row depends, in addition to those of `PlannerConfig`.
-
-    Attributes:
-        model: the planner.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
-    """
-
-    model: str = "diffusion"
-    hold: str = "friction"
+class LoopConfig(BuildConfig):
+    """The options on which a row depends."""
 
     def command(self, disturbances: Sequence[str], families: Sequence[str], scenes: int) -> str:
         """Return the command that makes these rows."""
