@@ -35,6 +35,7 @@ MOST_INCLINE = 0.4
 MOST_LEAN = 0.8
 SHALLOWEST = 0.008  # m below a rim
 TABLE_LEVEL = 0.005  # m: what stands no higher stands on the table
+CLOSED_ON_RIM = 1.0  # rad: about where the fingers meet a wall
 YAWS = 12
 TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
 
@@ -47,18 +48,18 @@ class Grasp:
         world_from_ee: (4, 4) the hand when the fingers close: approach +z, closing along x.
         width: the width of the object between the fingers, metres.
         opening: finger joint angle, radians, while approaching.
+        closing: the same where the fingers first touch the object, or close around a rim.
         kind: "across", "flat" or "rim".
         quality: larger is better.
-        incline: the tangent of the angle by which the closing fingers press the object out of the hand.
         slides: whether it is for sliding the object along the table, and not for lifting it.
     """
 
     world_from_ee: np.ndarray
     width: float
     opening: float
+    closing: float
     kind: str
     quality: float
-    incline: float = 0.0
     slides: bool = False
 
 
@@ -171,8 +172,8 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
             for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
                 turned = hand_pose(position, yaw + turn, tilt if turn == 0.0 else -tilt)
                 turned[:3, 3] -= pinch * turned[:3, 1]
-                values = float(fitted.width[k]), float(fitted.opening[k]), kind, float(quality[k]), float(fitted.incline[k])
-                yield Grasp(turned, *values)
+                angles = float(fitted.opening[k]), float(fitted.closing[k])
+                yield Grasp(turned, float(fitted.width[k]), *angles, kind, float(quality[k]))
 
 
 def _contacts(
@@ -240,7 +241,7 @@ def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
             if ((points - pose[:3, 3]) @ pose[:3, 2]).min() < PALM_LEVEL + PALM_CLEARANCE:
                 continue
             opening = 0.8 if radius < 0.07 else 0.65
-            yield Grasp(pose, 0.02, opening, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))
+            yield Grasp(pose, 0.02, opening, CLOSED_ON_RIM, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))
 
 
 def _deepest(hollow: float, hold: str) -> float:

@@ -60,7 +60,7 @@ class Fits:
     Attributes:
         fits: (B,) bool; the other arrays mean nothing where it is false.
         along, height: (B,) where the end effector is; across it stands at the contact.
-        opening: (B,) the finger angle while approaching.
+        opening, closing: (B,) the finger angles while approaching, and where the fingers first touch the object.
         width: (B,) of the object between the fingers.
         incline: (B,) of the contacts, see `agent.arm.gripper.contacts`.
     """
@@ -69,6 +69,7 @@ class Fits:
     along: np.ndarray
     height: np.ndarray
     opening: np.ndarray
+    closing: np.ndarray
     width: np.ndarray
     incline: np.ndarray
 
@@ -87,7 +88,7 @@ def fit_hands(points: np.ndarray, places: Contacts, support: float) -> Fits:
     clearance = np.where(low, FLAT_SIDE_CLEARANCE, SIDE_CLEARANCE)
     farthest = np.full(count, reach(0.0, float(ANGLES[-1])))
     fits = np.zeros(count, dtype=bool)
-    along, height, opening, width, incline = (np.zeros(count) for _ in range(5))
+    along, height, opening, closing, width, incline = (np.zeros(count) for _ in range(6))
     sideways = points[:, 0] - places.across[:, None]
     waiting = np.arange(count)
     for attempt in range(_LIFTS):
@@ -109,7 +110,8 @@ def fit_hands(points: np.ndarray, places: Contacts, support: float) -> Fits:
             # A comparison with NaN is false: no opening passes, or the closing fingers never meet the object.
             good = (closed_to >= open_to) & (there.max(axis=1) <= WIDEST)
             trying, there, open_to, closed_to = trying[good], there[good], open_to[good], closed_to[good]
-            opening[trying], width[trying], incline[trying] = open_to, there.max(axis=1), inclined[good]
+            opening[trying], closing[trying] = open_to, closed_to
+            width[trying], incline[trying] = there.max(axis=1), inclined[good]
             lower = farthest[trying] - reaches(open_to, closed_to)
             done = ~low[trying] | (lower < _LEVEL) | last
             fits[trying[done]] = True
@@ -121,7 +123,7 @@ def fit_hands(points: np.ndarray, places: Contacts, support: float) -> Fits:
         waiting = waiting[~fits[waiting]]
         if not len(waiting):
             break
-    return Fits(fits, along, height, opening, width, incline)
+    return Fits(fits, along, height, opening, closing, width, incline)
 
 
 def _clear_of_palm(levels: np.ndarray, under: np.ndarray) -> np.ndarray:

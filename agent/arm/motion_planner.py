@@ -23,6 +23,7 @@ from structdiffusion.geometry import quaternion_from_matrix
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
 FINE_STEP = 0.01  # rad, the same for a path that is found
+FINGER_STEP = 0.1  # rad between the checked states of closing fingers: their tips move by 1 cm
 ROUNDED_STEP = 0.05  # s between the checked states of a rounded motion: 3 cm of the hand at most
 FLOOR = 1.5  # m that the floor reaches to every side
 LEDGE = 0.1  # m ahead of a base that is lower than the table, where its edge is taken to be
@@ -196,6 +197,20 @@ class PlanningScene:
     def path_collides(self, path: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None) -> bool:
         """Return whether any state of the path (T, n), interpolated to `CHECK_STEP`, collides."""
         return any(self.collides(q, clearance, floor) for q in interpolate(path, CHECK_STEP))
+
+    def closing_collides(
+        self, q: np.ndarray, opening: float, closing: float, clearance: float = CLEARANCE, floor: float | None = None
+    ) -> bool:
+        """Return whether the arm at q (n,) collides while its fingers move between two angles; they stay at `opening`."""
+        count = 1 + math.ceil(abs(closing - opening) / FINGER_STEP)
+        try:
+            for angle in np.linspace(opening, closing, count):
+                self.set_fingers([float(angle)] * 3)
+                if self.collides(q, clearance, floor):
+                    return True
+        finally:
+            self.set_fingers([opening] * 3)
+        return False
 
     def overlap(self, q: np.ndarray) -> float:
         """Return how deep, in metres, the arm at q (n,) reaches into anything, including its own links; 0 if it is

@@ -234,6 +234,11 @@ class ObjectPlanner:
             free += 1
         return line[:long] if free >= long else line[:short] if free >= short else None
 
+    def _fingers_meet(self, q: np.ndarray, grasp: Grasp) -> bool:
+        """Return whether the fingers at q (n,) meet another object while they close or open."""
+        clearance = LOOSE_CLEARANCE if self._loose else CLEARANCE
+        return self.scene.closing_collides(q, grasp.opening, grasp.closing, clearance, floor=TOUCHING)
+
     def _take(self, index: int, standing: Standing, pick: Pick) -> tuple[np.ndarray, np.ndarray] | str:
         """Return the free lines back from a pick and up from it with the object, or what is in the way.
 
@@ -247,7 +252,9 @@ class ObjectPlanner:
             scene.remove_obstacle(index)
             try:
                 back = self._free(lines.back)
-                if back is None:
+                if back is not None and self._fingers_meet(pick.q, pick.grasp):
+                    found = "another object is in the way of the closing fingers"
+                elif back is None:
                     found = "the straight approach to the object is blocked or out of reach"
                 elif pick.grasp.slides:
                     found = back, pick.q[None]
@@ -333,6 +340,8 @@ class ObjectPlanner:
         retreat = self._free(place.back)
         if retreat is None:
             return "the straight retreat from the goal is blocked or out of reach"
+        if self._fingers_meet(q, grasp):
+            return "another object is in the way of the opening fingers"
         held = self._held(standing, pair.pick)
         scene.hold(held)
         if slid is not None:

@@ -48,7 +48,7 @@ def test_the_hand_goes_ahead(angle, ahead):
     """What is pushed from behind turns away."""
     cloud = np.array([[-0.1, -0.1, 0.0], [0.1, 0.1, 0.02]])
     place = 0.1 * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
-    grasp = Grasp(pose_from_xyz_yaw(*place, 0.05, 0.0) @ DOWN, 0.02, 0.6, "rim", 1.0, slides=True)
+    grasp = Grasp(pose_from_xyz_yaw(*place, 0.05, 0.0) @ DOWN, 0.02, 0.6, 1.0, "rim", 1.0, slides=True)
     assert leads(grasp, cloud, pose_from_xyz_yaw(0.2, 0.0, 0.0, 0.0)) == ahead
 
 

@@ -22,9 +22,9 @@ def test_a_grasp_that_failed_is_avoided_where_the_object_is_now():
         clouds=[np.asarray(scene.objects[0].points, dtype=np.float64)],
     )  # fmt: skip
     work = WorkPlanner(eyes, SimpleNamespace(rules=PlacementRules()), [Arrangement(np.eye(4)[None])], 0, None)
-    grasp = Grasp(hand_pose((0.4, 0.0, 0.1), 0.3), 0.05, 0.5, "across", 1.0)
+    grasp = Grasp(hand_pose((0.4, 0.0, 0.1), 0.3), 0.05, 0.5, 0.8, "across", 1.0)
     moved = pose_from_xyz_yaw(0.1, 0.05, 0.0, 0.8)
-    taken_along = Grasp(moved @ grasp.world_from_ee, 0.05, 0.5, "across", 1.0)
+    taken_along = Grasp(moved @ grasp.world_from_ee, 0.05, 0.5, 0.8, "across", 1.0)
     work.remember_failed(0, grasp)
     assert work.has_failed(0, grasp) and not work.has_failed(0, taken_along)
     eyes.motions[0] = moved

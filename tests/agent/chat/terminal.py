@@ -96,8 +96,15 @@ class Terminal:
         return self.lines()
 
     def until(self, pattern: str) -> None:
-        """Reads until a line of what is shown matches."""
-        self._wait(lambda: any(re.search(pattern, line) for line in self.lines()), repr(pattern))
+        """Reads until a line of what is shown matches, which has to be before the next prompt waits."""
+        self._wait(lambda: self._shows(pattern) or self.waits(), repr(pattern))
+        assert self._shows(pattern), f"{pattern!r} was not shown before the prompt: {self._end()}"
+
+    def _shows(self, pattern: str) -> bool:
+        return any(re.search(pattern, line) for line in self.lines())
+
+    def _end(self) -> str:
+        return "\n".join(self.lines()[-30:])
 
     def type(self, line: str) -> None:
         """Types a line, and Enter when it is shown: from then on no prompt waits until the next one is there."""
@@ -115,8 +122,7 @@ class Terminal:
         deadline = time.monotonic() + LONGEST
         while not shown():
             if not self._read(1.0) and (time.monotonic() > deadline or not self._child.isalive()):
-                end = "\n".join(self.lines()[-20:])
-                raise AssertionError(f"{what} was not shown; the end of the screen: {end}")
+                raise AssertionError(f"{what} was not shown; the end of the screen: {self._end()}")
 
     def interrupt(self) -> None:
         """Ctrl-C."""
