@@ -121,7 +121,7 @@ class Eyes:
             if k in self._untracked or share > (MOST if track.gone else NEARLY_ALL):
                 continue
             if not track.seen:
-                (gone if track.gone else hidden).add(k)
+                (gone if track.gone or was_gone else hidden).add(k)  # what hides its place does not bring it back
                 continue
             if fallen and self._seems_upright(picture, k, now, before):
                 now, fallen = raised(before, 0.0), False

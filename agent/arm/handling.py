@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+import numpy as np
+
 from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, TRANSFER_SPEED, ArmDriver, both_sides
 from agent.arm.events import Picked, Stopped
@@ -17,6 +19,7 @@ HOLDING_SECONDS = 0.2  # for which an object is held after the lift before it co
 LISTENING_STEPS = 5  # of physics: a contact may be missing in one of them
 LOST = "was lost on the way"
 BLOCKED = "was put back, because somebody has changed something where it was to go"
+PUSHED = 0.1  # rad by which a finger gives way on the way down before the arm stops: its tip is 1 cm off then
 OPENED = 0.1  # rad by which all fingers give way only if the hand opens: what stands near may push one of them
 
 
@@ -48,7 +51,11 @@ class Handling:
         driver, arm = self.driver, self.arm
         driver.open(plan.grasp.opening)
         driver.follow(plan.reach, f"reach {name}")
-        driver.follow(plan.approach, f"approach {name}", CARTESIAN_SPEED)
+        way = driver.follow(plan.approach, f"approach {name}", CARTESIAN_SPEED, self._meets(plan.grasp.opening))
+        if self._meets(plan.grasp.opening)():
+            driver.follow(way[::-1], "retreat", CARTESIAN_SPEED)
+            fold(driver, self._scene)
+            return "the fingers met something on the way down"
         grasp = plan.grasp
         # A rim that is slid is caught between the fingers without pressing, which would drive them out of it.
         self._caught = grasp.slides and grasp.kind == "rim"
@@ -70,6 +77,13 @@ class Handling:
         driver.follow(plan.approach[::-1], "retreat", CARTESIAN_SPEED)
         fold(driver, self._scene)
         return reason
+
+    def _meets(self, opening: float) -> Callable[[], bool]:
+        """Return a function that tells whether something pushes a finger away from the angle `opening`.
+
+        Places are known to millimetres only: a finger that comes down on what stands beside must not press it away.
+        """
+        return lambda: bool(np.abs(self.arm.finger_angles() - opening).max() > PUSHED)
 
     def holds(self) -> bool:
         """Return whether something is in the hand: the fingers have not opened, and without a weld they touch it from

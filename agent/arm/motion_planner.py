@@ -142,14 +142,19 @@ class PlanningScene:
         """Check motions with the hull of `vertices_in_ee` (V, 3), end_effector frame, held in the hand."""
         self.release()
         self._held = self._body(vertices_in_ee, 0.1)
-        for link in (self.arm.hand, self.arm.end_effector, *self.arm.finger_links):
-            pybullet.setCollisionFilterPair(self._held, self.arm.body, -1, link, 0, physicsClientId=self.client)
+        self._let_hand_touch(self._held, True)
 
     def release(self) -> None:
         """Plan with an empty hand again."""
         if self._held is not None:
+            # The engine gives the number of a removed body to the next one, and keeps what was set for it.
+            self._let_hand_touch(self._held, False)
             pybullet.removeBody(self._held, physicsClientId=self.client)
             self._held = None
+
+    def _let_hand_touch(self, body: int, allowed: bool) -> None:
+        for link in (self.arm.hand, self.arm.end_effector, *self.arm.finger_links):
+            pybullet.setCollisionFilterPair(body, self.arm.body, -1, link, int(not allowed), physicsClientId=self.client)
 
     def collides(
         self, q: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None, only_floor: bool = False

@@ -156,3 +156,15 @@ def test_a_search_ends_where_it_is_asked_to():
     with _NoWay(np.random.default_rng(0), on_check=on_check) as scene, pytest.raises(KeyboardInterrupt):
         scene.plan(FOLDED, TURNED, checks=10**7)
     assert len(seen) == 400
+
+
+def test_what_was_held_is_an_obstacle_to_the_hand_again(planning):
+    """The engine gives the number of a removed body to the next one, with the pairs that were let through."""
+    column = box((0.5, 0.0, 0.0), (0.06, 0.06, 0.1))
+    (q,), (solved,) = planning.kinematics.inverse(hand_pose((0.5, 0.0, 0.06), 0.0)[None], FOLDED[None], 200)
+    for _ in range(2):
+        planning.set_obstacle("column", column)
+        assert solved and planning.collides(q)
+        planning.remove_obstacle("column")
+        planning.hold(column - (0.5, 0.0, 0.05))
+        planning.release()
