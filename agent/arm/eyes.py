@@ -81,6 +81,7 @@ class Eyes:
         self.clouds = [np.asarray(cloud.points, dtype=np.float64) for cloud in every]
         hidden = (completed_points(cloud, scene.world_from_camera) for cloud in scene.distractors)
         self._solids = [*(cloud.points for cloud in solid.objects), *hidden]
+        self._middles = [0.5 * (points.min(axis=0) + points.max(axis=0)).astype(np.float64) for points in self._solids]
         self._bottoms = [cloud.bottom for cloud in every]
         self.motions = [np.eye(4) for _ in every]
         self.measured = list(self.motions)
@@ -248,8 +249,10 @@ class Eyes:
     # --- what follows from it ----------------------------------------------------------------
 
     def middle(self, k: int, motion: np.ndarray) -> np.ndarray:
-        """Return where a motion (4, 4) takes the middle (3,) of something."""
-        return transform_points(motion, self.clouds[k].mean(axis=0))
+        """Return where a motion (4, 4) takes the middle (3,) of something: of all of it, so that what is round may be
+        turned.
+        """
+        return transform_points(motion, self._middles[k])
 
     def cloud(self, k: int) -> np.ndarray:
         """Return the points (P, 3) of something where it is now; far away if it is gone."""

@@ -8,7 +8,7 @@ import pytest
 from agent.arm.eyes import ON_HEAD, ON_SIDE, Eyes
 from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
-from agent.arm.standing_watch import StandingWatch
+from agent.arm.standing_watch import StandingWatch, standing_at
 from structdiffusion.completion.surface import completed_scene
 from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, raised, tilt_between
 from structdiffusion.objects.procedural import procedural_object
@@ -75,6 +75,27 @@ def test_what_the_arm_has_moved_itself_is_no_surprise(table):
     assert table.changes(touched=2) == []
     table.world.set_pose(2, pose_from_xyz_yaw(0.0, 0.05, 0.0, 0.0) @ table.world.pose(2))
     assert table.changes(touched=2) == [(2, "moved")]  # more than the fingers would push it
+
+
+def test_what_is_round_is_at_its_goal_however_it_was_turned(table):
+    """The camera saw one side of it alone, which is on the other side then."""
+    x, y, _ = PLACES[0]
+    goal = pose_from_xyz_yaw(0.15, 0.1, 0.0, 0.0)
+    put = goal @ pose_from_xyz_yaw(x, y, 0.0, math.pi) @ pose_from_xyz_yaw(-x, -y, 0.0, 0.0)
+    table.world.set_pose(0, put @ table.world.pose(0))
+    assert table.changes({0: put}) == []
+    assert standing_at(table.eyes, 0, goal).displacement < 0.01
+
+
+def test_what_is_gone_is_not_back_while_something_else_hides_its_place(table):
+    table.world.set_pose(0, AWAY)
+    assert table.changes() == [(0, "gone")]
+    x, y, yaw = PLACES[2]
+    there = pose_from_xyz_yaw(PLACES[0][0] - 0.03, PLACES[0][1], 0.0, 1.2)
+    motion = there @ np.linalg.inv(pose_from_xyz_yaw(x, y, 0.0, yaw))
+    table.world.set_pose(2, motion @ table.world.pose(2))
+    table.eyes.look({2: motion})
+    assert table.eyes.gone == {0} and not table.eyes.hidden
 
 
 def test_what_is_taken_away_is_gone_and_may_come_back(table):
