@@ -123,7 +123,8 @@ class _Builder:
                 self.eyes.look({})  # once more: anybody may have come by since the last picture
                 if not (yield from self._compare({}, "the arm was done")):
                     return
-            stale = not agenda or self.work.support_is_off(agenda[0])
+            # Where there was no plan for all, what cannot be put where it should is told, one after the other.
+            stale = not agenda or (agenda[0].plan is not None and self.work.support_is_off(agenda[0]))
             if not stale:
                 stale = yield from self._step(agenda.pop(0))
             if stale:

@@ -65,6 +65,17 @@ def precedence(
     return under, in_the_way, stands_on
 
 
+def staying(still: set[int], under: Sequence[set[int]]) -> set[int]:
+    """Return which of the objects that are where they should be can stay there: those on none that has to be moved.
+
+    Args:
+        still: the objects. under: of every object, from `precedence`.
+    """
+    while off := {index for index in still if not under[index] <= still}:
+        still = still - off
+    return still
+
+
 def asides(
     waiting: Sequence[int],
     under: Sequence[set[int]],

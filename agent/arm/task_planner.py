@@ -13,7 +13,7 @@ import numpy as np
 
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ONLY_SLIDES, OUT_OF_REACH, ObjectPlan, ObjectPlanner
-from agent.arm.placement_order import asides, bottom_at, precedence, stopovers
+from agent.arm.placement_order import asides, bottom_at, precedence, staying, stopovers
 from agent.arm.placement_rules import PlacementRules, moving
 from agent.arm.sliding import is_along_table, keep_ways_free, way_along_table
 from structdiffusion.geometry import transform_points
@@ -53,7 +53,8 @@ class Search(ObjectPlanner):
 
         Args:
             clouds, distractors: (P, 3) each, in their initial places.
-            goal_from_initial: (N, 4, 4); an object whose motion is the identity stays.
+            goal_from_initial: (N, 4, 4); an object whose motion is the identity stays, unless what it will stand on is
+                moved: then it is set aside meanwhile.
             limit: the number of the scene's `checks` after which the search ends.
             bottoms: z of the surface that each object stands on at first; by default the table.
             stop_over: set an object down on the way and take it by another grasp, where no grasp serves for both its
@@ -68,7 +69,7 @@ class Search(ObjectPlanner):
         bottoms = [0.0] * count if bottoms is None else list(bottoms)
         motions = list(goal_from_initial)  # goal_from_now, of the objects that still wait
         plans: list[ObjectPlan] = []
-        done = set(range(count)) - set(moving(goal_from_initial))
+        done = staying(set(range(count)) - set(moving(goal_from_initial)), precedence(current, motions, bottoms)[0])
         moved_aside = 0
         failed: set[int] = set()
         for i in sorted(set(range(count)) - done):

@@ -79,3 +79,13 @@ def test_hulls_may_be_entered_further_as_a_last_resort(search):
     plans, _, reason = search.arrangement(clouds, [], motions, 100_000)
     search.loosen(False)
     assert reason == "" and len(plans) == 1 and search.scene.held_overlap == HELD_OVERLAP
+
+
+def test_what_is_in_its_place_over_what_is_not_is_set_aside_meanwhile(search):
+    """The lower block was pushed by 2 cm while the upper one was on its way; this one is where it should be."""
+    lower, upper = block((0.40, 0.0), (0.06, 0.06, 0.05)), block((0.42, 0.0), (0.05, 0.05, 0.05)) + (0.0, 0.0, 0.05)
+    motions = np.stack((pose_from_xyz_yaw(0.02, 0.0, 0.0, 0.0), np.eye(4)))
+    plans, _, reason = search.arrangement([lower, upper], [], motions, 100_000, [0.0, 0.05])
+    assert reason == "" and [(plan.object, plan.aside) for plan in plans] == [(1, True), (0, False), (1, False)]
+    back = plans[2].goal_from_now @ plans[0].goal_from_now
+    assert transform_points(back, upper) == pytest.approx(upper, abs=1e-6)
