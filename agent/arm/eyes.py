@@ -31,8 +31,7 @@ DISTINCT = 0.006  # m: three times the camera's noise at the table
 MOST = 0.6  # share of the points seen first that show an object where it was
 NEARLY_ALL = 0.85  # the same, of one that stands there: what leans covers most of the same place
 BESIDE = 0.01  # m around what is known, where points that it does not explain are its own: a handle, a rim
-ALIKE = 0.2  # of the share that the picture supports: ends that differ by less may be taken for one another
-NEARLY = 0.05  # the same, for what has fallen elsewhere: its foot cannot be told by where it stood
+ALIKE = 0.3  # of the share that the picture supports: ends that differ by less may be taken for one another
 TIPPED = 0.08  # m between where the foot of something stood and where it is when it was tipped over: half a bottle
 SAME_HEIGHT = 0.015  # m by which the top of what stands may seem to be off
 ON_TABLE = 0.01  # m: what seems to stand higher by less stands on the table
@@ -128,7 +127,7 @@ class Eyes:
                 now, fallen = raised(before, 0.0), False
                 now[:3, 3] += self.middle(k, track.now_from_initial @ from_first) - self.middle(k, before)
             if fallen and k not in unclear and tilt_between(now, before) > LYING:
-                now, clear = self._with_foot(picture, k, now, before)
+                now, clear = self._with_foot(picture, k, now, before, k == dropped)
                 if not clear:
                     unclear.add(k)
                     self.doubts[k] = ON_HEAD
@@ -198,7 +197,7 @@ class Eyes:
         return abs(top - upright) < min(SAME_HEIGHT, abs(top - lying))
 
     def _with_foot(
-        self, picture: CameraImage, k: int, now: np.ndarray, before: np.ndarray
+        self, picture: CameraImage, k: int, now: np.ndarray, before: np.ndarray, fell: bool
     ) -> tuple[np.ndarray, bool]:
         """Return the motion (4, 4) of something that lies, and whether it is clear which of its ends is the foot.
 
@@ -207,20 +206,21 @@ class Eyes:
         Args:
             now: (4, 4) the motion of its track.
             before: (4, 4) how it stood.
+            fell: whether it fell out of the hand, and was not tipped over.
         """
         shape, sight = self._tracker.shapes[k], Sight(picture, self.scene.table)
         from_shape = self._first[k] @ shape.world_from_shape
         x, y, _ = transform_points(now @ from_shape, shape.samples.mean(axis=0)).tolist()
         turned = pose_from_xyz_yaw(x, y, 0.0, math.pi) @ pose_from_xyz_yaw(-x, -y, 0.0, 0.0) @ now
         shares = [judge(sight, shape, motion @ from_shape).evidence.share for motion in (now, turned)]
-        if shares[1] < shares[0] - ALIKE:
-            return now, True
+        if fell or shares[1] < shares[0] - ALIKE:
+            return now, shares[1] < shares[0] - ALIKE
         foot = np.array([*self.clouds[k][:, :2].mean(axis=0), self._bottoms[k]])
         stood = transform_points(before, foot)
         away = [float(np.linalg.norm((transform_points(motion, foot) - stood)[:2])) for motion in (now, turned)]
         if min(away) < min(TIPPED, 0.5 * max(away)):  # of what is as wide as high, both ends are about as near
             return (now, turned)[int(np.argmin(away))], True
-        return now, shares[1] < shares[0] - NEARLY
+        return now, False
 
     def _shown(self, picture: CameraImage, k: int) -> float:
         """Return the share of the points seen first that a picture shows just where something is taken to be.

@@ -21,6 +21,7 @@ LEVELS = np.arange(PALM_LEVEL, 0.0451, 0.003)
 # torques are even, see `agent.arm.controller.TIP_SHARE`).
 FOLDS = 0.02
 TIP = 0.03  # m beyond its joint that a tip touches what it folds onto
+ALIKE = 0.001  # m: widths are known no better
 ONTO = 0.03  # m: more overlap than one step of closing makes
 # The boxes of the URDF: (centre x, centre y, size x, size y, size z) in the link frame.
 _PROXIMAL = (0.021, -0.002, 0.046, 0.014, 0.017)
@@ -149,7 +150,9 @@ def _press_out(widths: np.ndarray, first: np.ndarray) -> np.ndarray:
     sides = np.sort(np.stack([each[first] for each in _inclines()]), axis=0)
     joint = _profile()[3][first]
     row, level = np.arange(len(widths)), pressing.argmax(axis=1)
-    inclines = np.clip(np.pad(slopes, ((0, 0), (2, 0))), *sides)[row, level]
+    # Of levels that press alike, the end of a tip on a shoulder and the face above it, the one that slides counts.
+    alike = pressing >= pressing.max(axis=1, keepdims=True) - ALIKE
+    inclines = np.where(alike, np.clip(np.pad(slopes, ((0, 0), (2, 0))), *sides), -np.inf).max(axis=1)
     # What stops a finger near the joint of its tip or before is held by the tip, which folds onto the side farther on.
     folded_at = np.minimum(np.searchsorted(LEVELS, joint + TIP), len(LEVELS) - 1)
     along = (LEVELS[level] - joint) * np.hypot(1.0, sides[0, row, level])

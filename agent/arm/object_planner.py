@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from agent.arm.containers import WALLS, walls_of
-from agent.arm.grasps import Grasp
+from agent.arm.grasps import Grasp, is_round
 from agent.arm.motion_planner import CLEARANCE, HELD_OVERLAP, PlanningScene
 from agent.arm.placement_rules import ObstacleKey, PlacementRules
 from agent.arm.reachability import APPROACH, TOUCHING, Pair, Pick, Reachability, Standing
 from agent.arm.sliding import is_along_table, leads, sliding_path
 from agent.arm.trajectories import CARTESIAN_STEP, interpolate
 from structdiffusion.evaluation_protocol import MAX_TILT, RELEASE_HEIGHT
-from structdiffusion.geometry import raised, tilt_between, transform_points
+from structdiffusion.geometry import pose_from_xyz_yaw, raised, tilt_between, transform_points, turn_of
 
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
 ROOM = 0.02  # m that is kept around what is carried, where there is so much: hulls may overlap a little, and motors lag
@@ -67,11 +67,20 @@ class ObjectPlan:
     release: float = RELEASE_HEIGHT
 
 
-def alike(a: Grasp, b: Grasp) -> bool:
-    """Return whether two grasps differ by less than 1 cm and 15 degrees, so that both are likely to fail."""
-    near = a.slides == b.slides and np.linalg.norm(a.world_from_ee[:3, 3] - b.world_from_ee[:3, 3]) < 0.01
-    turn = a.world_from_ee[:3, :3].T @ b.world_from_ee[:3, :3]
-    return bool(near and (np.trace(turn) - 1) / 2 > math.cos(math.radians(15)))
+def alike(a: Grasp, b: Grasp, cloud: np.ndarray) -> bool:
+    """Return whether two grasps of an object differ by less than 1 cm and 15 degrees, so that both are likely to fail; of
+    what is round, from whichever side.
+
+    Args:
+        cloud: (P, 3) the object where both would take it.
+    """
+    one, other = a.world_from_ee, b.world_from_ee
+    if is_round(cloud):
+        x, y, _ = 0.5 * (cloud.min(axis=0) + cloud.max(axis=0))
+        turn = math.atan2(one[1, 0], one[0, 0]) - math.atan2(other[1, 0], other[0, 0])
+        other = pose_from_xyz_yaw(x, y, 0.0, turn) @ pose_from_xyz_yaw(-x, -y, 0.0, 0.0) @ other
+    near = a.slides == b.slides and np.linalg.norm(one[:3, 3] - other[:3, 3]) < 0.01
+    return bool(near and turn_of(one[:3, :3].T @ other[:3, :3]) < math.radians(15))
 
 
 class ObjectPlanner:
@@ -113,11 +122,12 @@ class ObjectPlanner:
         Args:
             clouds: every object's cloud (P, 3) now. bottoms: z of the surface that each stands on.
             start: (n,) the arm's configuration, by default folded.
-            avoid: grasps that failed before; similar ones are left out.
+            avoid: grasps that failed before; those that are alike are left out.
         """
         self.set_out(clouds, distractors, bottoms, self.rules.into.get(index, frozenset()))
         standing = self.standing_of(index, clouds[index], bottoms[index])
-        if all(any(alike(grasp, other) for other in avoid) for grasp in standing.grasps):
+        failed = [grasp for grasp in standing.grasps if any(alike(grasp, other, standing.cloud) for other in avoid)]
+        if len(failed) == len(standing.grasps):
             return None, "no grasp fits the hand"
         along = is_along_table(goal_from_now)
         if standing.slides and not along:
@@ -136,7 +146,7 @@ class ObjectPlanner:
                     break
                 grasp = pair.pick.grasp
                 suits = along and leads(grasp, standing.cloud, pair.goal_motion) if grasp.slides else lifts
-                if not suits or any(alike(grasp, other) for other in avoid):
+                if not suits or grasp in failed:
                     continue
                 taken = self._take(index, standing, pair.pick)
                 if isinstance(taken, str):

@@ -91,7 +91,7 @@ class WorkPlanner(WorkLeft):
 
     def has_failed(self, index: int, grasp: Grasp) -> bool:
         """Return whether a similar grasp of an object failed before."""
-        return any(alike(grasp, other) for other in self._avoided(index))
+        return any(alike(grasp, other, self._eyes.solid(index)) for other in self._avoided(index))
 
     def plan_one(
         self, index: int, target: np.ndarray | None, start: np.ndarray
