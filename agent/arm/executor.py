@@ -144,11 +144,12 @@ class _Builder:
         if current is not None and work.has_failed(index, current.grasp):
             current = None
         watched = True  # whether its goal is, on the way: until that was a false alarm
-        reason = work.missing_support(step)
+        reason, blocked = work.missing_support(step), False
         for attempt in range(1, 1 if reason else PICK_ATTEMPTS + 1):
             if current is None:
                 again, reason = work.plan_one(index, target, self.hand.arm.configuration())
                 if again is None:
+                    blocked = target is None
                     break
                 current = replace(again, aside=target is not None)
             result = self.hand.pick(current, name, attempt, self.eyes.bottom(index))
@@ -173,10 +174,10 @@ class _Builder:
                 return True
             current = None
         yield PlaceFailed(index, name, reason)
-        lying = work.give_up(index)
-        if lying is not None:
-            yield Noticed(index, name, lying.what, lying.detail, work.leave_out(lying))
-        return lying is not None
+        change = work.give_up(index, reason if blocked else "")
+        if change is not None:
+            yield Noticed(index, name, change.what, change.detail, work.answer_failure(change))
+        return change is not None
 
     def _set_aside(self, step: Step, thing: Obstruction) -> Generator[ArmEvent, None, bool]:
         """Take what is in the way to a free place; return that the plans of the other steps are void now."""

@@ -22,7 +22,7 @@ class Change:
     Attributes:
         index: of the object or, from the number of objects on, of the distractor; `None` for something unknown.
         name: its name.
-        what: "moved", "gone", "appeared" or "fallen".
+        what: "moved", "gone", "appeared", "fallen" or "blocked".
         detail: in words that follow the name.
         cloud: (P, 3) what was seen of something unknown.
     """

@@ -37,7 +37,10 @@ class PlaceWatch:
 
     def __init__(self, camera: TableCamera, plan: ObjectPlan, solid: np.ndarray) -> None:
         self._camera, self.blocked, self._steps = camera, False, 0
-        self._held = cKDTree(transform_points(np.linalg.inv(plan.grasp.world_from_ee), solid))
+        held = transform_points(np.linalg.inv(plan.grasp.world_from_ee), solid)
+        self._held = cKDTree(held)
+        # What hangs from its rim swings about the fingers.
+        self._swings = float(np.linalg.norm(held, axis=1).max()) if plan.grasp.kind == "rim" else 0.0
         self._taken = cKDTree(solid)
         goal = transform_points(plan.goal_from_now, solid)
         self._outline = MultiPoint(goal[:, :2]).convex_hull.buffer(GOAL_CLEARANCE)
@@ -66,7 +69,8 @@ class PlaceWatch:
         points = self._there(now, nearer > NEARER, self._corners)
         if len(points):
             in_hand = transform_points(np.linalg.inv(self._camera.world_from_ee()), points)
-            points = points[self._held.query(in_hand)[0] > ARM_MARGIN]
+            own = (self._held.query(in_hand)[0] < ARM_MARGIN) | (np.linalg.norm(in_hand, axis=1) < self._swings)
+            points = points[~own]
         return points[self._camera.off_arm(points)]
 
     def _gone(self, before: np.ndarray, nearer: np.ndarray) -> np.ndarray:

@@ -26,6 +26,7 @@ LARGEST_CORRECTION = 0.02  # m by which an object follows the measured place and
 ON_TABLE = 0.02  # m: what goes no higher and on no other object goes on the table
 MOST_PLACEMENTS = 3  # of one object: one that will not stand there is left as it is then
 MOST_CORRECTIONS = 1  # placements after the first, of one object that stands, only farther off than it should
+BLOCKED = "blocked"  # what a change is called where no way to a goal was found
 MOST_FAILURES = 2  # rounds of picks of one object that all failed
 
 
@@ -177,16 +178,31 @@ class WorkLeft:
         """Say why an object is moved although it had been moved before, in words that follow its name, or nothing."""
         return self._why.get(index, "")
 
-    def give_up(self, index: int) -> Change | None:
+    def give_up(self, index: int, blocked: str) -> Change | None:
         """Take it that an object could not be moved; the second time it is left where it is.
 
+        Args:
+            index: the object.
+            blocked: why no way was found to bring it to its goal; empty if that is not why.
+
         Returns:
-            The change that is answered by leaving it out, if it is one that lies.
+            The change that is answered by `answer_failure`, if there is one: it lies, or its goal cannot be reached as
+            things stand now, for the first time.
         """
         self._failures[index] += 1
-        if tilt_between(self._eyes.motions[index], np.eye(4)) < MAX_TILT:
-            return None
-        return Change(index, self._eyes.names[index], "fallen", "lies and cannot be put upright")
+        name = self._eyes.names[index]
+        if tilt_between(self._eyes.motions[index], np.eye(4)) > MAX_TILT:
+            return Change(index, name, "fallen", "lies and cannot be put upright")
+        if blocked and self._failures[index] < MOST_FAILURES and self._replanner is not None:
+            return Change(index, name, BLOCKED, f"cannot be brought to its goal: {blocked}")
+        return None
+
+    def answer_failure(self, change: Change) -> str:
+        """Return what is done about an object that could not be moved, as `Noticed` has it."""
+        if change.what != BLOCKED:
+            return self.leave_out(change)
+        self._anew = change
+        return "lay out anew"
 
     def answer(self, change: Change) -> str:
         """Return what is done about a change, as `Noticed` has it."""

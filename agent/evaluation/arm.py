@@ -5,7 +5,7 @@ arm`.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -16,11 +16,13 @@ import numpy as np
 import torch
 
 import agent.arm
+from agent.arm.build_listeners import BuildListeners
 from agent.arm.events import PickFailed, Placed, PlaceFailed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.fixed_objects import with_fixed
 from agent.arm.kinematics import JacoArm
 from agent.arm.placement_rules import moving
+from agent.arm.remainder import Remainder
 from agent.errors import NoValidGoal
 from agent.evaluation.planner_config import BuildConfig
 from agent.evaluation.report import (
@@ -39,13 +41,14 @@ from agent.evaluation.scene_conditions import conditions_of
 from agent.evaluation.scenes import SENTENCE_PLANNERS, draw_scenes, with_sentences
 from agent.event_base import Event
 from agent.pipeline.candidates import checked_planner, filter_viable
+from agent.pipeline.laying_out import StructureLayouts
 from agent.pipeline.verdict import judge_built
 from agent.rendering.text import number
 from agent.runtime.worker_pool import Workforce
-from grounding.spec import FIRST_SHAPES
+from grounding.spec import FIRST_SHAPES, StructureSpec
 from structdiffusion.benchmark.scenes import Conditions, EvaluationScene
 from structdiffusion.objects.libraries import load_objects
-from structdiffusion.observation import Arrangement, StructureGoal
+from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.parallel import Lost
 from structdiffusion.planners.factory import Planner
 from structdiffusion.simulation.world import TabletopWorld
@@ -150,7 +153,6 @@ def _build_scene(candidates: int, hold: str, planner: Planner, scene: Evaluation
         "trouble": [],
     }
     rng = np.random.default_rng((scene.seed, scene.number, drawn.count))
-    generator = torch.Generator().manual_seed(scene.seed)
     with TabletopWorld(drawn.models, drawn.world_from_initial, drawn.table) as world:
         arm = JacoArm(world.client)
         arm.hold_by(hold)
@@ -159,14 +161,39 @@ def _build_scene(candidates: int, hold: str, planner: Planner, scene: Evaluation
         initial = np.array(world.poses()[: drawn.count])
         try:
             goal = StructureGoal(scene.parsed or scene.spec, scene.words, scene.embedding)
-            arrangements = filter_viable(planner.propose(observed, goal, count=candidates, generator=generator))
+            arrangements = _proposed(planner, goal, candidates, scene.seed, observed)
         except (LayoutError, NoValidGoal) as error:
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}
-        rank, placed = record_build(build_structure(world, arm, observed, arrangements, rng=rng), row)
+        anew = _Anew(scene.spec, partial(_proposed, planner, goal, candidates, scene.seed), arrangements)
+        listeners = BuildListeners(replanner=anew)
+        rank, placed = record_build(build_structure(world, arm, observed, arrangements, rng=rng, listeners=listeners), row)
+        arrangements = anew.arrangements
         row["placed"] = len(placed)
         if row["planned"] and placed.issuperset(moving(arrangements[rank].goal_from_initial)):
             row |= _verdict(world, scene, arrangements[rank], initial)
     return {**row, "rank": rank + 1, "seconds": round(time.perf_counter() - started, 1)}
+
+
+def _proposed(planner: Planner, goal: StructureGoal, count: int, seed: int, scene: Scene) -> list[Arrangement]:
+    return filter_viable(planner.propose(scene, goal, count=count, generator=torch.Generator().manual_seed(seed)))
+
+
+class _Anew(StructureLayouts):
+    """The layouts of what is left, as the product asks for them, kept after the arrangements that there were."""
+
+    def __init__(
+        self, spec: StructureSpec, propose: Callable[[Scene], list[Arrangement]], arrangements: Sequence[Arrangement]
+    ) -> None:
+        super().__init__(spec, propose)
+        self.arrangements = list(arrangements)
+
+    def lay_out(self, remainder: Remainder, members: Collection[int] | None = None) -> list[Arrangement]:
+        try:
+            found = super().lay_out(remainder, members)
+        except LayoutError:
+            found = []
+        self.arrangements += found
+        return found
 
 
 def _verdict(world: TabletopWorld, scene: EvaluationScene, arrangement: Arrangement, initial: np.ndarray) -> Row:
