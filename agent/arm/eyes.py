@@ -125,7 +125,7 @@ class Eyes:
                 continue
             if fallen and self._seems_upright(picture, k, now, before):
                 now, fallen = raised(before, 0.0), False
-                now[:3, 3] += self.middle(k, track.now_from_initial @ from_first) - self.middle(k, before)
+                now[:3, 3] += self._way(k, before, track.now_from_initial @ from_first)
             if fallen and k not in unclear and tilt_between(now, before) > LYING:
                 now, clear = self._with_foot(picture, k, now, before, k == dropped)
                 if not clear:
@@ -238,7 +238,14 @@ class Eyes:
 
     def _apart(self, k: int, track: Track) -> float:
         """Return how far a track is from where something is taken to be, metres."""
-        return float(np.linalg.norm(self.middle(k, track.now_from_initial) - self.middle(k, self.motions[k])))
+        return float(np.linalg.norm(self._way(k, self.motions[k], track.now_from_initial)))
+
+    def _way(self, k: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Return the way (3,) from where one motion (4, 4) takes what was seen of something to where another does: the rest
+        of it may be completed wrongly, which matters where a motion turns it.
+        """
+        seen = self.clouds[k].mean(axis=0)
+        return transform_points(end, seen) - transform_points(start, seen)
 
     def _strays(self, k: int, now: np.ndarray) -> bool:
         """Return whether a motion (4, 4) differs from what is known by more than noise."""
