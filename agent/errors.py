@@ -77,6 +77,7 @@ class NotVerified(AgentError):
 _EXIT_CODE_OF = {
     ("builtins", "OSError"): BAD_INPUT,
     ("builtins", "FloatingPointError"): BAD_INPUT,
+    ("grounding.figures.figure", "FigureError"): BAD_INPUT,
     ("grounding.spec", "SpecError"): NOT_BUILDABLE,
     ("grounding.viewpoint", "ViewpointError"): USAGE,
     ("grounding.parsers.llm_reply", "LLMError"): BAD_INPUT,

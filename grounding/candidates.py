@@ -15,7 +15,7 @@ from grounding.propose.proposal import Proposal
 from grounding.propose.stand_ins import StandIns
 from grounding.resolve.attributes import SceneObject
 from grounding.spec import FIRST_SHAPES, SpecError, StructureSpec
-from grounding.verify.verifier import Judgement, Verifier, pair_of
+from grounding.verify.verifier import Judgement, Pair, Verifier, pair_of
 
 
 def judged(
@@ -39,9 +39,7 @@ def judged(
     ones = [each for each in proposals if each.goal is not None and not each.problem and each.goal != before]
     if parse is not None and (other := _with_slots(parse, ones)) is not None:
         ones = [*(each for each in ones if each.goal != other.goal), other]
-    taught = StandIns.of(text, before)  # the verifier knows no other shapes than the goal network
-    said, so_far = taught.text(text), taught.goal(before)
-    pairs = [pair_of(said, taught.goal(each.goal), objects or (), so_far) for each in ones if each.goal is not None]
+    pairs = [_pair(text, each, objects or (), before) for each in ones]
     return [
         Candidate(
             one, found.logit, _lost_words(pair.words[pair.first : pair.end], found), float(found.lost.max(initial=0.0)),
@@ -49,6 +47,13 @@ def judged(
         )
         for one, pair, found in zip(ones, pairs, verifier.judge(pairs), strict=True)
     ]
+
+
+def _pair(text: str, one: Proposal, objects: Sequence[SceneObject], before: Goal) -> Pair:
+    """Return what the verifier reads of a proposal, in the words of the shapes that it knows, as the goal network."""
+    assert one.goal is not None  # the caller has looked
+    taught = StandIns() if one.worded is None else one.worded.stand_ins
+    return pair_of(taught.text if taught.shapes else text, taught.goal(one.goal), objects, taught.goal(before))
 
 
 def added_up(proposals: Sequence[Proposal], count: int | None) -> list[Proposal]:

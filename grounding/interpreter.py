@@ -21,13 +21,16 @@ from grounding.interpretation import Interpretation, Objects
 from grounding.language_model.goal_message import OpenQuestion, Turn
 from grounding.parse_result import Parse, Parser, shortened, unreadable
 from grounding.parsers.spelling import mend
+from grounding.propose.figure_mentions import mentions_of
 from grounding.propose.proposal import Proposal, WordedGoal
 from grounding.propose.resolution import resolved
+from grounding.propose.stand_ins import StandIns
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.numbered_names import numbered_apart
 from grounding.resolve.object_names import as_named
 from grounding.resolve.referents import Referents
 from grounding.resolve.tokens import words_of
+from grounding.structure_words import is_shape
 from grounding.verdicts import Verdicts
 from grounding.verify.named_objects import NamedObjects, named_objects, unused
 from grounding.verify.said_numbers import lost_numbers
@@ -90,6 +93,12 @@ class _Said:
     why_not: str = ""
     reply: ModelReply | None = None
     fallback: str = ""
+
+    @property
+    def as_taught(self) -> str:
+        """Return what was heard in the words of the taught shapes, as the proposer read it."""
+        stand_ins = self.worded[0].stand_ins if self.worded else StandIns()
+        return stand_ins.text if stand_ins.shapes else self.heard
 
 
 class Interpreter:
@@ -248,7 +257,8 @@ class Interpreter:
             return f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}"
         if self._make_model is not None and not self._unusable:
             return ""  # it may know the language
-        language = foreign_language(text, partial(self._mended, text))
+        figures = [one for one in mentions_of(text, None) if is_shape(one.name)]  # their names may be words of no language
+        language = foreign_language(StandIns.of(text, figures).text, partial(self._mended, text))
         said = "say it in English, the only language that is understood"
         return f"{shortened(text)!r} seems to be in {language}: {said}" if language else ""
 
@@ -321,18 +331,19 @@ class Interpreter:
     ) -> list[Candidate]:
         parse = None if said.before.parts or objects is not None else said.parse
         found = judged(said.heard, proposals, self.verifier, objects, said.before, parse)
-        named = named_objects(said.heard, Referents(objects, self.encoder, opposite=self.viewpoint == "opposite"))
+        taught = said.as_taught
+        named = named_objects(taught, Referents(objects, self.encoder, opposite=self.viewpoint == "opposite"))
         return [
             replace(
-                one, unknown=self._unknown(said, one.proposal), numbers=_lost_numbers(said, one.proposal),
+                one, unknown=self._unknown(taught, one.proposal), numbers=_lost_numbers(said, one.proposal),
                 unused=_unused(named, said, one.proposal),
             )
             for one in found
         ]  # fmt: skip
 
-    def _unknown(self, said: _Said, one: Proposal) -> tuple[str, ...]:
+    def _unknown(self, text: str, one: Proposal) -> tuple[str, ...]:
         copied = {word for phrase in _phrases(one) for word in words_of(phrase)}
-        return unknown_words(said.heard, copied, self.encoder.whole_words)
+        return unknown_words(text, copied, self.encoder.whole_words)
 
     def _as_spoken(self, goal: Goal) -> Goal:
         return goal.turned() if self.viewpoint == "opposite" else goal
@@ -351,7 +362,7 @@ def _unused(named: Sequence[NamedObjects], said: _Said, one: Proposal) -> tuple[
 
 
 def _lost_numbers(said: _Said, one: Proposal) -> tuple[str, ...]:
-    return () if one.goal is None else lost_numbers(said.heard, one.goal, _phrases(one), said.before)
+    return () if one.goal is None else lost_numbers(said.as_taught, one.goal, _phrases(one), said.before)
 
 
 def _scene_objects(objects: Objects | None) -> list[SceneObject] | None:

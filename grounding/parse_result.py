@@ -23,7 +23,7 @@ REFUSALS: Mapping[str, str] = {
 }
 _SAY_INSTEAD = {
     "idle": f"say a shape ({', '.join(SHAPES)}), a size, a position or a rotation",
-    "unbuildable": f"shapes that can be built: {', '.join(SHAPES)}",
+    "unbuildable": f"shapes that can be built: {', '.join(SHAPES)}, and the figures of `structagent structures list`",
     "several": f"say each of them plainly, with its objects; shapes that can be built: {', '.join(SHAPES)}",
     "relation": f"say which object goes where, or which structure they should form: {', '.join(SHAPES)}",
 }

@@ -60,7 +60,7 @@ def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: 
     instead = f"say {worded_goal(decision.offered[0], names)!r}" if decision.offered else _help(names)
     if problem := _problem(likeliest, proposals):
         return f"{said!r} cannot be built: {problem}"
-    nothing = f"{said!r} does not ask for an arrangement of objects that can be built ({', '.join(SHAPES)}, or a place)"
+    nothing = f"{said!r} does not ask for an arrangement of objects that can be built ({', '.join(SHAPES)}, a figure such as a heart or a letter T, or a place)"
     if likeliest.answer == "nothing":
         return f"{nothing}; {_help(names)}"
     if likeliest.answer == "unclear":

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from grounding.structure_words import STRUCTURES
+from grounding.figures.figure import FigureError
+from grounding.structure_words import STRUCTURES, is_shape, words_of
 
 SHAPES = tuple(STRUCTURES)
 # The shapes of the paper: those that the training language and the first networks have, and what an open shape becomes.
@@ -48,12 +49,24 @@ class SpecError(ValueError):
     """A slot or value that the vocabulary does not have; the message lists the legal ones."""
 
 
+def slots_of(shape: str | None) -> tuple[str, ...]:
+    """Return which slots a shape or figure can carry besides the shape; of an open shape, all.
+
+    Raises:
+        SpecError: for a name that has neither.
+    """
+    try:
+        return SLOTS_OF_SHAPE[None] if shape is None else words_of(shape).slots
+    except FigureError as error:
+        raise SpecError(str(error)) from error
+
+
 @dataclass(frozen=True)
 class StructureSpec:
     """The structure to build; `None` means that the speaker left the slot open.
 
     Attributes:
-        shape: one of `SHAPES`.
+        shape: one of `SHAPES`, or the name of a figure (`grounding.figures`).
         size: one of `SIZES`: how far the structure is spread out beyond its tightest extent.
         x_position: one of `X_POSITIONS`; left is +y of the world frame.
         y_position: one of `Y_POSITIONS`; top is far from the robot, +x of the world frame.
@@ -72,15 +85,17 @@ class StructureSpec:
     def __post_init__(self) -> None:
         for slot in SLOTS:
             value = getattr(self, slot)
-            if value is not None and value not in LEGAL_VALUES[slot]:
+            figure = slot == "shape" and isinstance(value, str) and is_shape(value)
+            if value is not None and not figure and value not in LEGAL_VALUES[slot]:
+                also = "the name of a figure, " if slot == "shape" else ""
                 raise SpecError(
-                    f"{slot} cannot be {value!r}; legal values: {', '.join(LEGAL_VALUES[slot])}, or None"
+                    f"{slot} cannot be {value!r}; legal values: {', '.join(LEGAL_VALUES[slot])}, {also}or None"
                 )
         for slot in SLOTS[1:]:
-            if getattr(self, slot) is not None and slot not in SLOTS_OF_SHAPE[self.shape]:
+            if getattr(self, slot) is not None and slot not in slots_of(self.shape):
                 raise SpecError(
                     f"a {self.shape} takes no {slot} (got {getattr(self, slot)!r}); "
-                    f"its slots: {', '.join(SLOTS_OF_SHAPE[self.shape])}"
+                    f"its slots: {', '.join(slots_of(self.shape))}"
                 )
 
     @classmethod

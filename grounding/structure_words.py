@@ -9,8 +9,12 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
+
+from grounding.figures.figure import Figure, FigureError
+from grounding.figures.library import figure_named
 
 # What a structure may be told beside its slots (docs/protocol.md, part two).
 KEYS = ("order", "gap", "radius", "length", "rows", "columns", "around", "along", "group_by")
@@ -86,6 +90,7 @@ class StructureWords:
         typos: word -> how it is mistyped in the training language.
         shorthand: mistyped word -> word.
         own_phrases: hole of the training language -> the shape's own phrases.
+        figure: that the words are of; `None` for a taught shape.
     """
 
     name: str
@@ -103,6 +108,7 @@ class StructureWords:
     typos: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     shorthand: Mapping[str, str] = field(default_factory=dict)
     own_phrases: Mapping[str, OwnPhrases] = field(default_factory=dict)
+    figure: Figure | None = None
 
 
 def read_structure(path: Path) -> StructureWords:
@@ -154,6 +160,39 @@ def _all_structures() -> dict[str, StructureWords]:
 
 # Shape -> its words, in the order of the shapes' numbers.
 STRUCTURES: Mapping[str, StructureWords] = _all_structures()
+
+
+def words_of(shape: str) -> StructureWords:
+    """Return the words of a shape that parsers are taught, or of a figure.
+
+    Raises:
+        FigureError: for a name that has neither.
+    """
+    return STRUCTURES[shape] if shape in STRUCTURES else _words_of_figure(figure_named(shape))
+
+
+def is_shape(name: str) -> bool:
+    """Return whether a name is that of a shape or of a figure."""
+    try:
+        return bool(words_of(name))
+    except FigureError:
+        return False
+
+
+@lru_cache(maxsize=256)
+def _words_of_figure(figure: Figure) -> StructureWords:
+    return StructureWords(
+        name=figure.name,
+        number=0,
+        slots=("x_position", "y_position", "rotation") if figure.stacked else ("size", "x_position", "y_position", "rotation"),
+        least=figure.legal[0],
+        words=Words(nouns=figure.nouns),
+        grammar=Grammar(figure.nouns, ()),
+        phrases={},
+        keys=("order",) if len(figure.strokes) == 1 else (),
+        stacked=figure.stacked,
+        figure=figure,
+    )
 
 
 def words_of_all(kind: str) -> tuple[str, ...]:

@@ -94,6 +94,14 @@ MIN_CROSS_OBJECTS = 5
 MAX_CROSS_OFF_DEGREES = 10.0  # of the angle between the lines of a cross from a right angle
 MIN_PYRAMID_OBJECTS = 3
 
+# --- figures (part three) -------------------------------------------------------------------------
+
+# Chamfer distance of the built outline and the drawing, over the drawing's largest diameter.
+MAX_FIGURE_OFF_SHARE = 0.12
+# Standard deviation of the clear gaps along a stroke over their mean.
+MAX_GAP_VARIATION = 0.25
+MAX_FIGURE_OFF_DEGREES = 22.5  # between a figure's heading and its rotation: half the angle to the nearest diagonal
+
 # --- further keys of a structure (part two) -------------------------------------------------------
 
 # m (or the cube root of a volume's difference): measures that differ by less may stand in either order

@@ -19,7 +19,7 @@ from structdiffusion.evaluation_protocol import X_POSITION_THIRDS, Y_POSITION_TH
 from structdiffusion.footprints import centre_range, turned
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw, wrap_angle
 from structdiffusion.observation import Table
-from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, structure_named
 from structdiffusion.structures.bodies import LayoutItem
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import LIFT, Draft, LayoutError, a_structure
@@ -91,7 +91,7 @@ def _placed_draft(
     keys: StructureKeys,
 ) -> tuple[Draft, np.ndarray]:
     """Draw a structure and its centre (2,); if it does not fit and its size is open, try a smaller or a rotated one."""
-    structure, reason = STRUCTURES[spec.shape], None
+    structure, reason = structure_named(spec.shape), None
     smaller = structure.smaller_to_fit and spec.size is None and keys == NO_KEYS
     sizes = (None, "medium", "small") if smaller else (spec.size,)
     # What follows the table's edges fits more easily.
@@ -112,7 +112,7 @@ def _lay_out_any_shape(
 ) -> Layout:
     reasons = []
     for shape in rng.permutation(list(OPEN_SHAPES)):
-        if STRUCTURES[str(shape)].can_carry(spec):
+        if structure_named(str(shape)).can_carry(spec):
             try:
                 return lay_out(items, replace(spec, shape=str(shape)), table, rng)
             except LayoutError as error:

@@ -21,13 +21,13 @@ class UnknownWordError(ValueError):
 
 
 def word_ids(spec: StructureSpec) -> list[int]:
-    """Return the five word-token ids of a spec, slot by slot; 0 where unspecified."""
+    """Return the five word-token ids of a spec, slot by slot; 0 where unspecified, and for a figure."""
     return [WORDS.get((slot, value), 0) for slot, value in spec.to_dict().items()]
 
 
 def are_known_words(spec: StructureSpec, vocabulary: int) -> bool:
     """Return whether a network with so many word ids, 0 included, was trained on every value of a spec."""
-    return max(word_ids(spec)) < vocabulary
+    return all(WORDS.get(word, vocabulary) < vocabulary for word in spec.tokens())
 
 
 def require_known_words(spec: StructureSpec, vocabulary: int, network: str) -> None:
@@ -42,7 +42,7 @@ def require_known_words(spec: StructureSpec, vocabulary: int, network: str) -> N
         UnknownWordError: for a value that it was not trained on.
     """
     for slot, value in spec.tokens():
-        if WORDS[slot, value] >= vocabulary:
+        if WORDS.get((slot, value), vocabulary) >= vocabulary:  # figures have no words
             raise UnknownWordError(
                 f"the network {network!r} was not trained on the {slot} {value!r}: train it on scenes that have it, or "
                 "use the model 'geometric', which needs no training"

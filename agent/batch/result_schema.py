@@ -28,6 +28,7 @@ from agent.runtime.settings import MOST_SEED
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
 from grounding.spec import LEGAL_VALUES
+from grounding.structure_words import is_shape
 
 ROWS = "rows"  # the folder of the rows' reports
 REPORT = "report.html"
@@ -123,7 +124,7 @@ def _illegal_goal(entry: Mapping[str, Any]) -> str | None:
     for slot, value in (entry["spec"] or {}).items():
         if slot not in LEGAL_VALUES:
             return f"spec cannot have {slot[:40]!r}; legal: {', '.join(LEGAL_VALUES)}"
-        if value is not None and value not in LEGAL_VALUES[slot]:
+        if value is not None and value not in LEGAL_VALUES[slot] and not (slot == "shape" and isinstance(value, str) and is_shape(value)):
             return f"spec.{slot} must be one of {', '.join(LEGAL_VALUES[slot])}, or null"
     try:
         if entry.get("goal") is not None:

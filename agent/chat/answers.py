@@ -17,11 +17,10 @@ from agent.chat.relation_answers import MEASURES, RELATION_ANSWERS, measure_of, 
 from agent.chat.table_facts import Fact, capitalized, join_words, unknown_adjectives, with_article
 from agent.rendering.text import aligned
 from grounding.dialogue.acts import Act
+from grounding.figures.library import figure_nouns
 from grounding.resolve.word_forms import plural, singular
 from grounding.spec import SHAPES
 
-# Shapes that cannot be built, and are asked for all the same.
-_OTHER_SHAPES = tuple("heart star spiral semicircle diamond wall bridge".split())
 _STRUCTURES = frozenset(
     "circle ring line row tower stack pile setting structure arrangement proposal candidate".split()
 )
@@ -62,7 +61,7 @@ def _identity(act: Act, known: Knowledge) -> str:
 
 def _abilities(act: Act, known: Knowledge) -> str:
     return (
-        f"I arrange objects on the table: into {_with_articles(SHAPES)}, of a size, at a place and facing a way that "
+        f"I arrange objects on the table: into {_with_articles(SHAPES)} or a figure such as a heart, of a size, at a place and facing a way that "
         "you can "
         "name, with gaps, a radius, rows or an order where you say them; and single objects left of, right of, in "
         "front of, "
@@ -129,9 +128,9 @@ def _where(act: Act, known: Knowledge) -> str:
 
 
 def _shape_asked_for(words: str) -> str:
-    """Return the shape that the words name, in the singular, even one that cannot be built; empty if they name none."""
+    """Return the shape or the figure that the words name, in the singular; empty if they name none."""
     shape = " ".join(singular(word) for word in words.split())
-    return shape if shape in (*SHAPES, *_OTHER_SHAPES) else ""
+    return shape if shape in SHAPES else next((name for name, nouns in figure_nouns().items() if shape in (name, *nouns)), "")
 
 
 def _with_articles(shapes: Sequence[str]) -> str:
@@ -146,9 +145,7 @@ def _in_hand(one: Fact, known: Knowledge) -> str:
 def _is_there(act: Act, known: Knowledge) -> str:
     shape = _shape_asked_for(act.about)
     if shape and shape not in {one.noun for one in known.facts}:
-        can = shape in SHAPES
-        legal = _with_articles((shape,) if can else SHAPES)
-        return f"{'Yes' if can else 'No'}: I can build {'' if can else 'only '}{legal}."
+        return f"Yes: I can build {_with_articles((shape,))}."
     found = known.meant(act)
     if not found:
         return f"No. {_not_there(act, known)}"

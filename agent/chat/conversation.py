@@ -15,8 +15,11 @@ from agent.chat.build_session import BuildSession
 from agent.chat.knowledge import Knowledge
 from agent.chat.naming import named_indices, naming_of
 from agent.chat.state import Situation, objects_of
+from agent.chat.teaching import figure_at_hand, name_taught, with_structure_before
 from agent.errors import NotBuildable, UsageError
 from agent.event_base import json_value
+from agent.figures.picture import picture
+from agent.figures.taught import teach
 from agent.pipeline.event_builders import perceived_event
 from agent.scenes.renaming import renamed
 from grounding.dialogue import turns
@@ -31,6 +34,7 @@ from grounding.resolve.attributes import SceneObject
 from grounding.resolve.goal import resolve_phrase
 from grounding.resolve.referents import Referents
 from grounding.spec import StructureSpec
+from grounding.verify.wording import with_article
 
 _WITH_NAMES = ("situation", "_history", "_start", "_shown", "_unmet")  # what holds names of objects
 
@@ -49,6 +53,7 @@ class Conversation(BuildSession):
     def read(self, text: str) -> tuple[Dialogue, Outcome]:
         """Read a sentence with the goal so far in view; nothing is changed."""
         now = self.situation
+        text = with_structure_before(text, now.builds[-1].goal if now.builds and not now.asked else now.goal)
         return turns.say(now.dialogue, text, self._interpreter, self._objects(), now.stands)
 
     def read_answer(self, option: int) -> tuple[Dialogue, Outcome]:
@@ -191,6 +196,26 @@ class Conversation(BuildSession):
         self._show_anew()
         return True
 
+    def taught(self, line: str) -> bool:
+        """Keep a structure as a figure under the name that a line gives it; a pending proposal or question remains.
+
+        Returns:
+            Whether the line says that.
+
+        Raises:
+            UsageError: for a name that something else has, and where it is not clear which structure is meant.
+            FigureError: for a structure that is no figure.
+        """
+        if (name := name_taught(line)) is None:
+            return False
+        scene = self.table.look()
+        seen, arranged = (*scene.objects, *scene.distractors), not self.source.catalogue
+        figure, path = teach(name, lambda said: figure_at_hand(self.situation, seen, arranged, said))
+        said = with_article(figure.name)
+        lines = [*picture(figure), f"From now on this is {said}, of {figure.legal_numbers()} objects; it is kept in {path}."]
+        self.send(events.Answered(line, "\n".join(lines)))
+        return True
+
     def _rename(self, names: Mapping[str, str]) -> None:
         """Give objects other names in all that is remembered: old name -> new name."""
         if names:
@@ -211,7 +236,7 @@ class Conversation(BuildSession):
         """Answer a line that is small talk or a question, or names objects, and asks for nothing to be built. Return
         whether it was one.
         """
-        if self.named(line):
+        if self.named(line) or self.taught(line):
             return True
         acts = self.acts_in(line)
         if acts is not None:

@@ -166,6 +166,8 @@ class Chat:
             self._commands.run(command.name, rest)
         elif self._conversation.named(line):
             self._screen.scene(self._conversation.look().to_dict())
+        elif self._conversation.taught(line):
+            return True
         elif self._conversation.question is not None:
             self._answer(line)
         elif self._conversation.situation.proposal is not None:

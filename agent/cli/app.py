@@ -28,6 +28,7 @@ from agent.cli.run import run
 from agent.cli.scene import scene_app
 from agent.cli.serve import serve
 from agent.cli.shell_completion import completion
+from agent.cli.structures import structures_app, teach
 from agent.cli.train import train_app
 from agent.errors import BAD_INPUT, DONE, INTERRUPTED, USAGE, exit_code_of, one_sentence
 from agent.runtime.interruption import ignore_further_interruptions
@@ -56,6 +57,7 @@ app.add_typer(scene_app, name="scene")
 app.add_typer(config_app, name="config")
 app.add_typer(bag_app, name="bag")
 app.add_typer(models_app, name="models")
+app.add_typer(structures_app, name="structures")
 app.command("chat")(chat)
 
 
@@ -87,6 +89,7 @@ app.command("batch")(batch)
 app.command("replay")(replay)
 app.command("report")(report)
 app.command("parse")(parse)
+app.command("teach")(teach)
 app.command("serve")(serve)
 app.command("mcp")(mcp)
 app.command("generate")(generate)

@@ -19,6 +19,7 @@ from agent.cli.app import app
 from agent.cli.command_tree import Command, Parameter, command_tree
 from agent.cli.config import configurable
 from agent.runtime.settings import KEY_VARIABLE, PROJECT_FILE, SETTINGS
+from grounding.figures.library import VARIABLE as STRUCTURES
 
 FILE = Path(agent.__file__).resolve().parents[1] / "docs" / "cli.md"
 
@@ -175,6 +176,7 @@ def _environment() -> str:
     rows += [
         f"| `{KEY_VARIABLE}` | the key of the endpoint that `--llm-url`, `STRUCTAGENT_LLM_URL` or the user's file "
         "names, sent to no other host; where it is not set, `OPENAI_API_KEY` is sent to https://api.openai.com alone |",
+        f"| `{STRUCTURES}` | the folder of taught [figures](figures.md), in place of the one beside the user's file |",
         "| `NO_COLOR`, `TERM=dumb` | no colour and no cursor control; pictures are drawn with ASCII characters |",
     ]
     return "\n".join(["## Environment\n", "| variable | what |", "|---|---|", *rows]) + "\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -95,6 +95,14 @@ def run(
             "topple or swap. For simulated scenes.",
         ),
     ] = None,
+    like: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Example that the instruction speaks of as “the same”: a scene file, a recording, the folder or session of a "
+            "run, or a file of a figure.",
+        ),
+    ] = None,
     export_trajectory: Annotated[
         list[Path] | None,
         typer.Option(
@@ -125,6 +133,8 @@ def run(
         disturbance = Disturbance.parse(disturb)
         check_disturbance(disturbance, scene, execute)
     claim_folder(out, "run", force)
+    if like is not None and parser is Parsers.llm:
+        raise UsageError("--like is read without a language model; leave out --parser llm")
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     trajectories = export_trajectory or []
     if trajectories and not execute:
@@ -139,10 +149,22 @@ def run(
         scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, disturbance
     )
     with folder_or_new(out, f"seed{seed}") as folder:
+        if like is not None:
+            options = replace(options, reading=replace(reading, like=_example(like, folder)))
         outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
     if outcome["exit_code"] != DONE:
         print_error(outcome["message"])
         raise typer.Exit(outcome["exit_code"])
+
+
+def _example(like: Path, folder: Path) -> str:
+    """Write the figure of an example to the folder of a run; return its name in goals."""
+    from agent.figures.examples import read_example
+    from grounding.figures.files import figure_text
+    from grounding.figures.library import LIKE
+
+    figure = read_example(like, "example")
+    return f"{LIKE}{OwnFolder(folder, 'run').write('example.toml', figure_text(figure).encode()).absolute()}"
 
 
 def _carry_out(

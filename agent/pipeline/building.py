@@ -203,7 +203,7 @@ def _what_is_left(
     Where the goal cannot hold without them, objects that only lie there count as part of it. Without what is gone there
     may be no goal any more.
     """
-    from structdiffusion.structures import STRUCTURES
+    from structdiffusion.structures import structure_named
 
     lost = sorted(progress.lost)
     gone = [index for index in lost if progress.is_gone(index)]
@@ -211,7 +211,7 @@ def _what_is_left(
     for these in (lost, gone):
         if isinstance(wanted, TableGoal):
             left = wanted.without([table.names[index] for index in these])
-        elif wanted.shape is None or table.count - len(these) >= STRUCTURES[wanted.shape].least:
+        elif wanted.shape is None or table.count - len(these) >= structure_named(wanted.shape).least:
             left = wanted
         if left is not None:
             break

@@ -30,6 +30,7 @@ class ReadingOptions:
         replies: a file in which the LLM's replies are kept, and found again; not an endpoint's about goals.
         key_url: the endpoint that the user named by a flag, in the environment or in the own file. The key is sent to
             its host and nowhere else, whatever endpoint a batch's row or a project's file names.
+        like: the name of the figure that instructions speak of as "the same"; "" for none.
     """
 
     parser: str = "embedding"
@@ -38,6 +39,7 @@ class ReadingOptions:
     llm_url: str | None = None
     replies: Path | None = None
     key_url: str | None = None
+    like: str = ""
 
 
 def make_interpreter(
@@ -72,7 +74,7 @@ def make_interpreter(
 
         return GoalModel(_endpoint(options))
 
-    network = NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder))
+    network = NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder), options.like)
     on_this_machine = options.parser == "llm" and options.llm_url is None
     slots = partial(make_slot_parser, options) if on_this_machine else embedding
     model = endpoint if options.parser == "llm" and not on_this_machine else None

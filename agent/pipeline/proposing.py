@@ -140,10 +140,10 @@ def proposed_event(
 
 def _check_enough_objects(scene: Scene, goal: StructureGoal) -> None:
     """Raise `NotBuildable` when fewer objects take part than the shape needs."""
-    from structdiffusion.structures import STRUCTURES
+    from structdiffusion.structures import structure_named
 
     shape, count = goal.spec.shape, len(scene.objects)
-    if shape is not None and count < (least := STRUCTURES[shape].least):
+    if shape is not None and count < (least := structure_named(shape).least):
         raise NotBuildable(f"a {shape} needs at least {least} objects, but {count} take part")
 
 

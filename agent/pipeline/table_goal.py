@@ -15,7 +15,7 @@ from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
 from grounding.spec import FIRST_SHAPES, StructureSpec
-from grounding.structure_words import STRUCTURES
+from grounding.structure_words import words_of
 from structdiffusion.data.scene_sampling import SceneError
 
 if TYPE_CHECKING:
@@ -234,7 +234,7 @@ def with_what_is_there(table: TableScene, goal: Goal) -> tuple[Goal, dict[str, s
 
 
 def _least(part: StructurePart) -> int:
-    return STRUCTURES[part.shape].least if part.shape is not None else 1
+    return words_of(part.shape).least if part.shape is not None else 1
 
 
 def _may_be_short(part: Part, count: int) -> bool:

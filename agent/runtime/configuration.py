@@ -17,6 +17,7 @@ from urllib.parse import urlsplit
 
 from agent.errors import BadInput
 from agent.runtime.settings import BY_NAME, KEY_VARIABLE, PREFIX, PROJECT_FILE, SECRETS, SETTINGS, Setting
+from grounding.figures.library import VARIABLE as STRUCTURES  # a folder, and no option
 from structdiffusion.limits import SETTINGS_BYTES, read_at_most
 
 ENVIRONMENT, PROJECT, USER = "environment", "project file", "user file"
@@ -164,7 +165,7 @@ def _read_environment(environment: Mapping[str, str], folder: Path | None, probl
     values = {}
     variables = {setting.variable: setting for setting in SETTINGS}
     for variable in sorted(environment):
-        if not variable.startswith(PREFIX) or variable in SECRETS or not environment[variable].strip():
+        if not variable.startswith(PREFIX) or variable in (*SECRETS, STRUCTURES) or not environment[variable].strip():
             continue
         if variable not in variables:
             problems.append(f"environment: {_unknown('variable', variable, variables)}")

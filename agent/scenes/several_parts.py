@@ -9,23 +9,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from agent.scenes.limits import MOST_OBJECTS as MOST_PLANNED
 from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, RelationPart, StructurePart
 from grounding.resolve.attributes import SceneObject
+from grounding.structure_words import words_of
 from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
 from structdiffusion.data.scene_sampling import SceneError, eligible
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel, unique_names
 from structdiffusion.observation import Table
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 
 if TYPE_CHECKING:
     from grounding.interpretation import Interpretation
 
-MOST_OBJECTS = 10  # on a drawn table
+MOST_OBJECTS = 10  # on a drawn table, unless more are needed
 _DRAWS = 60
 _OF_A_STRUCTURE = (3, 4)  # objects where the words give no number
 _OF_A_STACK = (2, 3)  # a higher one has to share its time and its room with the other parts
@@ -69,8 +71,8 @@ def draw_several_parts(
     reason = "nothing was tried"
     for attempt in range(_DRAWS):
         named = _draw_named(library, goal.goal, rng)
-        if len(named) > MOST_OBJECTS:
-            reason = f"they would be {len(named)} objects, and {MOST_OBJECTS} are the most on a drawn table"
+        if len(named) > MOST_PLANNED:
+            reason = f"they would be {len(named)} objects, and {MOST_PLANNED} are the most on a drawn table"
             continue
         demanding = attempt < _DRAWS // 2  # at first
         others = _draw_distractors(library, named, goal.goal, rng) if demanding else []
@@ -168,14 +170,16 @@ def _of_relation(part: RelationPart, indices: Sequence[int], rng: np.random.Gene
 
 def _numbers(part: StructurePart, rng: np.random.Generator) -> tuple[int, int]:
     """Return the least number of objects of a structure, and the number to draw if the instruction gives none."""
-    least = 2 if part.shape is None else STRUCTURES[part.shape].least
+    least = 2 if part.shape is None else structure_named(part.shape).least
     if part.rows is not None or part.columns is not None:
         rows, columns = part.rows or 2, part.columns or 2
         least = max(least, rows * columns)
     if part.order is not None and part.order.by == "listed":
         return least, len(part.objects or ())
-    low, high = _OF_A_STACK if part.shape is not None and STRUCTURES[part.shape].stacks else _OF_A_STRUCTURE
-    return least, max(least, int(rng.integers(low, high + 1)))
+    low, high = _OF_A_STACK if part.shape is not None and structure_named(part.shape).stacks else _OF_A_STRUCTURE
+    wanted = max(least, int(rng.integers(low, high + 1)))
+    figure = words_of(part.shape).figure if part.shape is not None else None
+    return least, wanted if figure is None else max(number for number in figure.legal if number <= wanted)
 
 
 def _draw_groups(pool: Sequence[ObjectModel], group_by: str, rng: np.random.Generator) -> list[ObjectModel]:
@@ -204,7 +208,7 @@ def _draw_distractors(
         return []
     nouns = {model.category for model in named}
     pool = [m for m in eligible(library, None) if m.category not in nouns and m.radius < _WIDEST_DISTRACTOR]
-    number = min(int(rng.integers(0, _DISTRACTORS + 1)), MOST_OBJECTS - len(named))
+    number = min(int(rng.integers(0, _DISTRACTORS + 1)), max(0, MOST_OBJECTS - len(named)))
     return [pool[i] for i in rng.permutation(len(pool))[:number]]
 
 

@@ -22,6 +22,7 @@ from agent.scenes.simulated import SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
 from agent.scenes.workcell import Workcell
+from grounding.figures.library import is_figure
 from grounding.parse_result import shortened
 from grounding.resolve.attributes import SceneObject
 from structdiffusion.limits import FOLDER_FILES, SLOW_BYTES
@@ -129,7 +130,8 @@ class DrawnSource:
 
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """See `SceneSource`."""
-        if goal.goal.plain_spec is None:
+        spec = goal.goal.plain_spec
+        if spec is None or (spec.shape is not None and is_figure(spec.shape)):  # a word may need many blocks of few models
             return several_parts_scene(self._library, goal, seed)
         return SimulatedScene(self._library, goal, seed)
 

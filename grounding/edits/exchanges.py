@@ -9,7 +9,6 @@ from grounding.edits.parts import CannotEdit
 from grounding.goals.goal import Goal
 from grounding.goals.parts import (
     DIRECTIONAL,
-    SHAPES_OF_KEY,
     Objects,
     Order,
     Part,
@@ -17,6 +16,7 @@ from grounding.goals.parts import (
     RelationPart,
     StructurePart,
     order_starts,
+    takes_key,
 )
 
 
@@ -84,7 +84,7 @@ def _objects_exchanged(goal: Goal, one: int | str, other: int | str, stood: bool
 
 def _in_layers(part: StructurePart) -> bool:
     """Return whether the objects of a structure stand one on another, in an order that can be asked for."""
-    return part.shape in SHAPES_OF_KEY["order"] and "bottom" in order_starts(part.shape)
+    return takes_key(part.shape, "order") and "bottom" in order_starts(part.shape)
 
 
 def _renamed(part: Part, instead: Mapping[int | str, int | str]) -> Part:

@@ -9,15 +9,15 @@ from typing import TypeAlias
 from grounding.edits.tokens import Token, Tokens
 from grounding.goals.parts import (
     DIRECTIONAL,
-    SHAPES_OF_KEY,
     WITH_DISTANCE,
     Part,
     PartReference,
     RelationPart,
     StructurePart,
+    takes_key,
 )
-from grounding.spec import OPPOSITE, ROTATIONS, SIZES, SLOTS_OF_SHAPE, X_POSITIONS, Y_POSITIONS, StructureSpec
-from grounding.structure_words import STRUCTURES
+from grounding.spec import OPPOSITE, ROTATIONS, SIZES, X_POSITIONS, Y_POSITIONS, StructureSpec, slots_of
+from grounding.structure_words import words_of
 
 _ACROSS: Mapping[str, tuple[str, Sequence[str], int]] = {  # direction -> the slot, its values, and which way it goes
     "left": ("x_position", X_POSITIONS, -1), "right": ("x_position", X_POSITIONS, 1),
@@ -106,7 +106,7 @@ def resized(part: Part, said: Tokens, known: Standing) -> Part:
     if any(getattr(part, key) is not None for key in _LENGTHS):
         raise CannotEdit(f"how much {word}? Say it in centimetres, as '5 cm {word}'")
     step = 1 if said.value("more") is not None else -1
-    if part.size is None and known.slots.size is None and (part.shape, "size") in _SLOTS:
+    if part.size is None and known.slots.size is None and "size" in slots_of(part.shape):
         return replace(part, size=SIZES[-1 if step > 0 else 0])  # nothing is known of it: the largest, or the smallest
     return _sized(part, step, known)
 
@@ -117,7 +117,7 @@ def stepped(part: Part, said: Tokens, known: Standing) -> Part:
     slot, values, step = _ACROSS[direction]
     if isinstance(part, RelationPart) and part.relation != "at":
         raise CannotEdit(f"how far? Say it in centimetres, as '5 cm {_way(direction)}'")
-    if isinstance(part, StructurePart) and (part.shape, slot) not in _SLOTS:
+    if isinstance(part, StructurePart) and slot not in slots_of(part.shape):
         raise CannotEdit(f"a {part.shape} takes no such place")
     now = getattr(part, slot) or getattr(known.slots, slot) or values[1]
     at = values.index(now) + step
@@ -126,14 +126,11 @@ def stepped(part: Part, said: Tokens, known: Standing) -> Part:
     return replace(part, **{slot: values[at]})
 
 
-_SLOTS = frozenset((shape, slot) for shape, slots in SLOTS_OF_SHAPE.items() for slot in slots)
-
-
 def turned(part: Part, said: Tokens, known: Standing) -> Part:
     """Turn a structure by quarters: "turn it by 90 degrees", clockwise unless the other way is said."""
     if not isinstance(part, StructurePart):
         raise CannotEdit("single objects are not turned; a structure is, as in 'a line that faces left'")
-    if (part.shape, "rotation") not in _SLOTS:
+    if "rotation" not in slots_of(part.shape):
         raise CannotEdit(f"a {part.shape} has no rotation: it looks the same from every side")
     sign = float(said.value("rotation") or (-1 if said.value("direction") == "left" else 1))
     quarters = float(said.value("angle") or (180 if said.value("way") is not None else 90)) / 90
@@ -141,10 +138,10 @@ def turned(part: Part, said: Tokens, known: Standing) -> Part:
         raise CannotEdit("a structure turns by quarters; say 'turn it by 90 degrees'")
     now = part.rotation or known.slots.rotation
     if now is None:
-        unrotated = STRUCTURES[part.shape].unrotated if part.shape else ""
+        unrotated = words_of(part.shape).unrotated if part.shape else ""
         raise CannotEdit(f"{unrotated or 'which way should it face'}? Say 'facing left', or another side")
-    if part.shape and STRUCTURES[part.shape].half_turn and quarters % 2 == 0:
-        raise CannotEdit(STRUCTURES[part.shape].half_turn)
+    if part.shape and words_of(part.shape).half_turn and quarters % 2 == 0:
+        raise CannotEdit(words_of(part.shape).half_turn)
     return replace(part, rotation=ROTATIONS[(ROTATIONS.index(now) + int(sign * quarters)) % 4])
 
 
@@ -159,7 +156,7 @@ def other_side(part: Part, said: Tokens, known: Standing) -> Part:
     for slot, middle in (("x_position", "center"), ("y_position", "middle")):
         now = getattr(part, slot, None)
         if now is None and isinstance(part, StructurePart) and not (part.x_position or part.y_position):
-            now = getattr(known.slots, slot) if (part.shape, slot) in _SLOTS else None
+            now = getattr(known.slots, slot) if slot in slots_of(part.shape) else None
         if now not in (None, middle):
             return replace(part, **{slot: OPPOSITE[now]})
     raise CannotEdit("it is on no side; say which side it should be on, as 'on the left'")
@@ -185,7 +182,7 @@ def other_way(part: Part, said: Tokens, known: Standing) -> Part:
 
 
 def _sized(part: StructurePart, step: int, known: Standing) -> Part:
-    if (part.shape, "size") not in _SLOTS:
+    if "size" not in slots_of(part.shape):
         raise CannotEdit(f"a {part.shape} has no size")
     at = SIZES.index(part.size or known.slots.size or SIZES[1]) + step
     if not 0 <= at < len(SIZES):
@@ -207,7 +204,7 @@ def _length_key(part: Part, said: Tokens, given: bool = True) -> str:
         key = "distance" if part.relation in WITH_DISTANCE else ""
     elif key == "distance":
         key = "gap"
-    legal = [each for each in _LENGTHS if getattr(part, "shape", None) in SHAPES_OF_KEY[each]]
+    legal = [each for each in _LENGTHS if takes_key(getattr(part, "shape", None), each)]
     if key != "distance" and key not in legal:
         example = f": say which and how much, as '{legal[0]} 10 cm'" if legal else ""
         raise CannotEdit(f"it has no such length so far{example}")

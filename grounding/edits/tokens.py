@@ -12,7 +12,7 @@ from grounding.resolve.measures import length_at, number_at
 from grounding.resolve.object_names import read_name
 from grounding.resolve.tokens import Words, split
 from grounding.resolve.word_forms import singular
-from grounding.structure_words import STRUCTURES
+from grounding.structure_words import words_of
 
 Value = float | str
 
@@ -176,8 +176,8 @@ def _phrase(words: Sequence[str], place: int) -> tuple[Token, int] | None:
 
 def _structures(goal: Goal, word: str) -> list[int]:
     """Return the numbers of the structures of which a noun speaks."""
-    shapes = {shape for shape, words in STRUCTURES.items() if singular(word) in words.words.nouns}
-    return [n for n, part in enumerate(goal.parts) if isinstance(part, StructurePart) and part.shape in shapes]
+    structures = [(n, part.shape) for n, part in enumerate(goal.parts) if isinstance(part, StructurePart) and part.shape]
+    return [n for n, shape in structures if singular(word) in map(str.lower, words_of(shape).words.nouns)]
 
 
 def _objects(goal: Goal, objects: Sequence[SceneObject], said: Words, place: int) -> tuple[list[int], int] | None:

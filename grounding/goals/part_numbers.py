@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from grounding.goals.goal import Goal
-from grounding.goals.parts import SHAPES_OF_KEY, Objects, Part, PartReference, RelationPart, StructurePart
+from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart, takes_key
 
 
 def renumbered(part: Part, place: Mapping[int, int]) -> Part:
@@ -44,7 +44,7 @@ def _ring(goal: Goal, part: Part) -> int | None:
     if not isinstance(part, RelationPart) or part.relation != "in" or not isinstance(part.reference, PartReference):
         return None
     structure = goal.parts[part.reference.part]
-    if not isinstance(structure, StructurePart) or structure.shape not in SHAPES_OF_KEY["around"]:
+    if not isinstance(structure, StructurePart) or not takes_key(structure.shape, "around"):
         return None
     one = isinstance(part.objects, tuple) and len(part.objects) == 1 and part.distance is None
     free = structure.around is None and not set(structure.objects or ()) & set(part.objects if one else ())

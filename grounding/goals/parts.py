@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from typing import Any, TypeAlias
 
 from grounding.spec import SLOTS, X_POSITIONS, Y_POSITIONS, SpecError, StructureSpec
-from grounding.structure_words import KEYS, STRUCTURES
+from grounding.structure_words import KEYS, STRUCTURES, words_of
 
 ORDER_KEYS = ("height", "width", "volume", "listed")
 ORDER_DIRECTIONS = ("ascending", "descending")
@@ -120,7 +120,7 @@ class StructurePart:
         _require_objects("objects", self.objects)
         _require_objects("around", self.around, exactly=1)
         for key, shapes in SHAPES_OF_KEY.items():
-            if getattr(self, key) is not None and self.shape not in shapes:
+            if getattr(self, key) is not None and not takes_key(self.shape, key):
                 raise GoalError(
                     f"a {self.shape or 'structure without a shape'} takes no {key}; shapes that do: {', '.join(shapes)}"
                 )
@@ -230,9 +230,14 @@ class RelationPart:
 Part: TypeAlias = StructurePart | RelationPart
 
 
+def takes_key(shape: str | None, key: str) -> bool:
+    """Return whether a shape or figure takes a key, one of `KEYS`."""
+    return shape is not None and key in words_of(shape).keys
+
+
 def order_starts(shape: str | None) -> tuple[str, ...]:
     """Return the ends at which an order along a shape may begin, of `ORDER_STARTS`."""
-    stacked = shape is not None and STRUCTURES[shape].stacked
+    stacked = shape is not None and words_of(shape).stacked
     return tuple(start for start in ORDER_STARTS if (start in _HEIGHTS) == stacked)
 
 

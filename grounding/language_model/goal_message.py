@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from grounding.figures.library import figure_nouns
 from grounding.goals.goal import Goal
 from grounding.parsers.llm_reply import readable
 from grounding.resolve.attributes import SceneObject
@@ -83,7 +84,10 @@ class GoalMessage:
             ],
             "instruction": readable(self.text),
         }  # fmt: skip
-        return json.dumps(values | ({"problem": problem} if problem else {}), ensure_ascii=False)
+        shipped = figure_nouns(taught=False)
+        figures = [readable(name) for name in figure_nouns() if name not in shipped]
+        further = {"figures": figures, "problem": problem}
+        return json.dumps(values | {key: value for key, value in further.items() if value}, ensure_ascii=False)
 
 
 def scene_objects(objects: Sequence[SceneObject | str | None] | None) -> tuple[SceneObject, ...] | None:

@@ -58,7 +58,8 @@ def _goal(count: int | None) -> dict[str, Any]:
     )
     structure = _object(
         {"kind": {"type": "string", "enum": ["structure"]}, "objects": _or_null(objects)}
-        | {slot: _one_of(values) for slot, values in LEGAL_VALUES.items()}
+        | {"shape": _TEXT}  # a shape, or a figure: any word can be written
+        | {slot: _one_of(values) for slot, values in LEGAL_VALUES.items() if slot != "shape"}
         | {"order": _or_null(order), "gap": _NUMBER, "radius": _NUMBER, "length": _NUMBER}
         | {"rows": {"type": ["integer", "null"]}, "columns": {"type": ["integer", "null"]}}
         | {"around": _or_null(objects), "along": _one_of(EDGES), "group_by": _one_of(GROUPINGS)}

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 
+from grounding.figures.figure import FigureError
 from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, parts_of
 from grounding.goal_network.writer import NetworkWriter, WrittenGoal
 from grounding.goals.goal import Goal
+from grounding.propose.figure_mentions import OPENING, Mention, compared, like_mentions, mentions_of, shapes_named
 from grounding.propose.proposal import WordedGoal
 from grounding.propose.stand_ins import StandIns
 from grounding.resolve.attributes import SceneObject
+from grounding.structure_words import words_of
 
+READINGS = 3  # of a text with a shape that was not taught, each with another stand-in; their certainties are averaged
+_UNLIKE = "it does not say what is to be like the example; say 'the same', as in 'the same with the cups on the left'"
 LIKELIEST = 5  # proposals of a text: where the first is wrong, one of the others is right for half of the texts
 
 
@@ -21,10 +27,11 @@ class NetworkProposer:
 
     Args:
         make: makes the network.
+        like: the name of the figure that texts speak of as "the same" or "one like this"; "" for none.
     """
 
-    def __init__(self, make: Callable[[], NetworkWriter]) -> None:
-        self._make = make
+    def __init__(self, make: Callable[[], NetworkWriter], like: str = "") -> None:
+        self._make, self._like = make, like
 
     @cached_property
     def network(self) -> NetworkWriter:
@@ -45,18 +52,66 @@ class NetworkProposer:
         Raises:
             GoalNetworkError: for weights that cannot be used.
         """
-        stand_ins = StandIns.of(text, before)
-        spoken_of = before
-        text, before = stand_ins.text(text), stand_ins.goal(before)
-        if not before.parts:
+        if self._like:
+            text = compared(text)
+            meant = like_mentions(text, self._like)
+            return self._averaged(text, meant, objects, before, answers) if meant else (WordedGoal(1.0, problem=_UNLIKE),)
+        figures = mentions_of(text, objects, {part.shape for part in before.structures if part.shape is not None})
+        plain = self._averaged(text, (), objects, before, answers)
+        if not figures or (sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text)):
+            return plain  # also "a castle? No, a tower", "you are a star, put the cups in a ring"
+        try:
+            _ = [words_of(one.name) for one in figures]
+        except FigureError as error:
+            return (WordedGoal(1.0, problem=str(error), before=before),)
+        return self._averaged(text, figures, objects, before, answers) or plain
+
+    def _averaged(
+        self, text: str, figures: Sequence[Mention], objects: Sequence[SceneObject] | None, before: Goal, answers: bool
+    ) -> tuple[WordedGoal, ...]:
+        """Propose goals of a text that names some figures: with several stand-ins, where it needs any."""
+        stand_ins = StandIns.of(text, figures, before)
+        if not stand_ins.shapes:
+            return self._proposed(stand_ins, objects, before, answers)
+        readings = [
+            self._proposed(StandIns.of(text, figures, before, number), objects, before, answers) for number in range(READINGS)
+        ]
+        # A noun that becomes an object, or is lost, was no figure.
+        kept = [one for one in readings if one and _has_figures(one[0], figures)]
+        if 2 * len(kept) <= READINGS:
+            return ()
+        found = [replace(each, certainty=each.certainty / len(kept)) for one in kept for each in one]
+        return tuple(sorted(found, key=lambda each: -each.certainty))
+
+    def _proposed(
+        self, stand_ins: StandIns, objects: Sequence[SceneObject] | None, before: Goal, answers: bool
+    ) -> tuple[WordedGoal, ...]:
+        """Propose goals with some stand-ins."""
+        text, so_far = stand_ins.text, stand_ins.goal(before)
+        if not so_far.parts:
             written = self.network.likeliest(text, LIKELIEST, objects, answers)
         else:
-            rendition = rendition_of(before, objects or ())
+            rendition = rendition_of(so_far, objects or ())
             written = [
                 AfterGoal(one.words, one.actions, one.certainty, rendition)
                 for one in self.network.likeliest(f"{rendition.text} {text}", LIKELIEST, objects, answers)
             ]
-        return tuple(_worded(one, text, stand_ins, spoken_of) for one in written)
+        return tuple(_worded(one, text, stand_ins, before) for one in written)
+
+
+def _has_figures(one: WordedGoal, figures: Sequence[Mention]) -> bool:
+    """Return whether a goal has the figures that its text names, those of the goal so far aside: they may be what it drops."""
+    shapes = {part.get("shape") for part in (*one.parts, *one.before.to_dict()["parts"])}
+    lost = one.stand_ins.are_objects(one.phrases) or any(figure.name not in shapes for figure in figures)
+    return not one.parts or not lost
+
+
+def _is_said(one: WordedGoal, text: str) -> bool:
+    """Return whether a goal that was read of a text is told by other words than the names of figures: its shapes are named, or it
+    opens somewhere, as no figure does.
+    """
+    shapes = {part["shape"] for part in one.parts if part["kind"] == "structure"}
+    return OPENING.search(text) is not None or shapes <= shapes_named(text)
 
 
 def _worded(written: WrittenGoal, text: str, stand_ins: StandIns, before: Goal) -> WordedGoal:
@@ -65,7 +120,9 @@ def _worded(written: WrittenGoal, text: str, stand_ins: StandIns, before: Goal) 
     try:
         found = parts_of(written, " ".join(written.words) if follows else text)
     except UnreadLengthError as error:
-        return WordedGoal(written.certainty, problem=f"the instruction {error}")
+        return WordedGoal(written.certainty, problem=f"the instruction {error}", stand_ins=stand_ins)
     known, about = (written.rendition.known, written.rendition.text) if follows else ({}, "")
     parts = stand_ins.parts(found.parts)
-    return WordedGoal(written.certainty, parts, found.kept, found.answer, known=known, before=before, about=about)
+    return WordedGoal(
+        written.certainty, parts, found.kept, found.answer, known=known, before=before, about=about, stand_ins=stand_ins
+    )

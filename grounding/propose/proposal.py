@@ -8,6 +8,7 @@ from typing import Any
 
 from grounding.goals.goal import Goal
 from grounding.parse_result import Question
+from grounding.propose.stand_ins import StandIns
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class WordedGoal:
         known: phrases whose objects are known, as those of a goal so far.
         before: the goal so far.
         about: the goal so far in words: a phrase may take its noun from it, "the blue one".
+        stand_ins: the taught shapes in whose words the text was read.
     """
 
     certainty: float
@@ -33,6 +35,7 @@ class WordedGoal:
     known: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     before: Goal = Goal()
     about: str = ""
+    stand_ins: StandIns = StandIns()
 
     @property
     def phrases(self) -> tuple[str, ...]:

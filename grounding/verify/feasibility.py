@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from grounding.figures.words import WORD
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import PartReference, RelationPart, StructurePart
-from grounding.structure_words import STRUCTURES
+from grounding.structure_words import words_of
 from grounding.verify.wording import with_article, worded_goal, worded_objects
 
 _BALLS = frozenset(
@@ -38,17 +39,22 @@ def infeasible(goal: Goal, names: Sequence[str]) -> str:
 
 def _structure(part: StructurePart, members: Sequence[int | str], names: Sequence[str]) -> str:
     """Say why a structure cannot be made of these objects, or ""."""
-    words = STRUCTURES.get(part.shape or "")
-    if words is None:
+    if part.shape is None:
         return ""
+    words = words_of(part.shape)
     what = with_article(words.name)
     those = worded_objects(members, names)
     if not members:
         return f"{what} needs {words.least} objects, and no object is left for it"
     if len(members) < words.least:
         count = f"{those} {'are' if len(members) > 1 else 'is'} only {len(members)}"
-        instead = _line(part, members) if len(members) > 1 else Goal((RelationPart("at", tuple(members), x_position="left"),))  # type: ignore[arg-type]
-        return f"{what} needs {words.least} objects, and {count}; say {worded_goal(instead, names)!r}"
+        instead = _fewer(part, members) if len(members) > 1 else Goal((RelationPart("at", tuple(members), x_position="left"),))  # type: ignore[arg-type]
+        needed = words.least if words.figure is None else words.figure.legal_numbers()
+        return f"{what} needs {needed} objects, and {count}; say {worded_goal(instead, names)!r}"
+    if words.figure is not None and len(members) not in words.figure.legal:
+        fitting = max(number for number in words.figure.legal if number < len(members))
+        some = Goal((replace(part, objects=tuple(members[:fitting])),))  # type: ignore[arg-type]
+        return f"{what} needs {words.figure.legal_numbers()} objects, and {those} are {len(members)}; say {worded_goal(some, names)!r}"
     if words.stacked and len(members) > 1 and sum(_is_ball(one, names) for one in members) > 1:
         return f"nothing stands on a ball, as in {what} of {those}; say {worded_goal(_line(part, members), names)!r}"
     if part.rows and part.columns and not _filled(part.rows, part.columns, len(members)):
@@ -60,6 +66,15 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
             f"say {fitting!r}"
         )
     return ""
+
+
+def _fewer(part: StructurePart, members: Sequence[int | str]) -> Goal:
+    """Return what some objects make in place of a structure that needs more: the beginning of a word, or a line."""
+    shape = part.shape or ""
+    for end in range(len(shape) - 1, len(WORD) + 1, -1) if shape.startswith(WORD) else ():
+        if len(members) in words_of(shape[:end]).figure.legal:  # type: ignore[union-attr]
+            return Goal((replace(part, shape=shape[:end], objects=tuple(members)),))  # type: ignore[arg-type]
+    return _line(part, members)
 
 
 def _line(part: StructurePart, members: Sequence[int | str]) -> Goal:
@@ -94,7 +109,7 @@ def _relation(part: RelationPart, names: Sequence[str]) -> str:
 
 def _pieces(part: StructurePart, goal: Goal, names: Sequence[str]) -> str:
     """Say which piece of a structure with places of its own is placed for itself: "set the table but put the fork on the right"."""
-    pieces = frozenset(STRUCTURES[part.shape].pieces) if part.shape else frozenset()
+    pieces = frozenset(words_of(part.shape).pieces) if part.shape else frozenset()
     for other in goal.parts:
         if isinstance(other, RelationPart) and other.relation == "at" and isinstance(other.objects, tuple):
             for one in other.objects:

@@ -30,7 +30,7 @@ from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Table
 from structdiffusion.simulation.world import TabletopWorld
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import LayoutItem
 from structdiffusion.structures.keys import StructureKeys
 from structdiffusion.structures.structure import LIFT, Draft, LayoutError
@@ -175,7 +175,7 @@ class ReferenceSearch:
         elif part.along is not None or (part.order is not None and part.order.start in ("near", "far")):
             heading = math.pi / 2
         keys = StructureKeys(None, part.gap, part.radius, part.length, part.rows, part.columns)
-        return STRUCTURES[part.shape or ""].draft(items, spec, heading, self._rng, keys)
+        return structure_named(part.shape or "").draft(items, spec, heading, self._rng, keys)
 
     def _centre(self, outlines: Sequence[np.ndarray], part: StructurePart) -> np.ndarray | None:
         """Draw the centre (2,) of a structure on the table; `None` if it does not fit."""

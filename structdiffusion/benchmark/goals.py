@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from grounding.goals.goal import Goal
+from structdiffusion.benchmark.figure_families import FIGURE_FAMILIES
 from structdiffusion.benchmark.goal_families import FAMILIES, color_of, draw_goal
 from structdiffusion.benchmark.goal_references import NoReferenceError, ReferenceSearch
 from structdiffusion.benchmark.loop_families import LOOP_FAMILIES
@@ -30,7 +31,7 @@ from structdiffusion.structures.bodies import PlacedBody
 
 _MAX_DRAWS = 200
 _INITIAL_GAP, _EDGE = 0.02, 0.01  # m, between initial footprints, and to the table's edge
-_FAMILIES = {**FAMILIES, **LOOP_FAMILIES}  # their order counts in every seed
+_FAMILIES = {**FAMILIES, **LOOP_FAMILIES, **FIGURE_FAMILIES}  # their order counts in every seed
 _DRAWING, _SENSING, _PLANNING = range(3)  # purposes of a scene's random generators
 
 
@@ -39,7 +40,7 @@ class GoalScene:
     """One scene to solve.
 
     Attributes:
-        family: one of `FAMILIES` or `LOOP_FAMILIES`.
+        family: one of `FAMILIES`, `LOOP_FAMILIES` or `FIGURE_FAMILIES`.
         kind: which of its kinds it is.
         number: its index among those of the family, from 0.
         seed: the base seed.
@@ -96,9 +97,13 @@ class GoalScene:
 
     def rival_verdicts(self, world_from_final: np.ndarray) -> dict[str, bool | None]:
         """Return the verdicts of the rivals' checks on final poses (N, 4, 4); `None` if they have no check."""
-        bodies = [_body(*one) for one in zip(self.names, self.models, world_from_final, strict=True)]
+        bodies = self.bodies_at(world_from_final)
         goal = self.goal.resolved(len(self.models))
         return {name: accepts(bodies, goal) for name, accepts in RIVALS.items()}
+
+    def bodies_at(self, world_from_final: np.ndarray) -> list[PlacedBody]:
+        """Return the objects at final poses (N, 4, 4), without what they rest on."""
+        return [_body(*one) for one in zip(self.names, self.models, world_from_final, strict=True)]
 
 
 def draw_goal_scene(
@@ -114,7 +119,7 @@ def draw_goal_scene(
 
     Args:
         library: the objects.
-        family: one of `FAMILIES` or `LOOP_FAMILIES`.
+        family: one of `FAMILIES`, `LOOP_FAMILIES` or `FIGURE_FAMILIES`.
         number: the index of the scene among those of this family.
         seed: library, seed, family and number determine the scene.
         table: the table top.

@@ -14,7 +14,7 @@ from grounding.goals.parts import StructurePart
 from structdiffusion.evaluation_protocol import MAX_RELATION_OFF_DEGREES
 from structdiffusion.relations.bonds import Bond
 from structdiffusion.relations.directional import Directional
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.structure import LayoutError
 
 
@@ -38,7 +38,7 @@ def require_consistent(goal: Goal, bonds: Sequence[Bond], names: Sequence[str]) 
     _require_one_place(bonds, names, refuse)
     for bond in bonds:
         for number, part in enumerate(goal.parts):
-            if not isinstance(part, StructurePart) or part.shape is None or STRUCTURES[part.shape].stacks:
+            if not isinstance(part, StructurePart) or part.shape is None or structure_named(part.shape).stacks:
                 continue
             if set(bond.members) & set(part.around or ()):
                 refuse(
@@ -46,7 +46,7 @@ def require_consistent(goal: Goal, bonds: Sequence[Bond], names: Sequence[str]) 
                     number,
                     f"the {names[part.around[0]]} in the middle of the {part.shape} stays where it is",
                 )
-            settings = STRUCTURES[part.shape].nouns is not None  # a bowl may stand on the plate of a table setting
+            settings = structure_named(part.shape).nouns is not None  # a bowl may stand on the plate of a table setting
             if bond.relation.carried and not settings and set(bond.members) & set(part.objects or ()):
                 refuse(bond.number, number, f"what stands in the {part.shape} stands on the table")
 

@@ -11,7 +11,7 @@ from grounding.goals.parts import SHAPES_OF_KEY, Order, StructurePart
 from structdiffusion.composition.items import TableState
 from structdiffusion.geometry import HEADING_OF_ROTATION
 from structdiffusion.protocol.goal_keys import EDGE_AXES
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import STRUCTURES, structure_named
 from structdiffusion.structures.structure import LayoutError
 
 _ORDERS = 18  # of a stack: the last of so many is among the less usual ones
@@ -38,7 +38,7 @@ def in_another_order(part: StructurePart, state: TableState, number: int, rng: n
 def size_of(part: StructurePart, number: int) -> str | None:
     """Return the size of the next layout: an open one changes, unless a length says how large the structure is."""
     measured = part.gap is not None or part.radius is not None or part.length is not None
-    sized = part.shape is not None and "size" in STRUCTURES[part.shape].slots
+    sized = part.shape is not None and "size" in structure_named(part.shape).slots
     return part.size if part.size or measured or not sized else _SIZES[number % len(_SIZES)]
 
 

@@ -22,7 +22,7 @@ from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
 from structdiffusion.protocol.goal_keys import Grouping
 from structdiffusion.protocol.goal_semantic import only_placed
-from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, structure_named
 from structdiffusion.structures.keys import structure_keys
 from structdiffusion.structures.structure import LIFT, LayoutError, a_structure
 from structdiffusion.word_tokens import UnknownWordError
@@ -89,7 +89,7 @@ class StructureBlocks:
         assert self.planner is not None
         own = replace(self.scene.on_the_table().select(members), distractors=())
         arrangements = self.planner.propose(own, StructureGoal(part.spec), count=count, generator=generator)
-        if part.shape is not None and STRUCTURES[part.shape].stacks:
+        if part.shape is not None and structure_named(part.shape).stacks:
             arrangements = self._tried(own, members, arrangements, part)
             arrangements = [one for one in arrangements if one.scores["rollout"] > _STANDS]
         blocks = []
@@ -105,11 +105,11 @@ class StructureBlocks:
 
     def _holds(self, part: StructurePart, motions: Mapping[int, np.ndarray]) -> bool:
         """Return whether what a planner proposed passes its checks, wherever it stands; stacks are tried in physics."""
-        if part.shape is None or STRUCTURES[part.shape].stacks:
+        if part.shape is None or structure_named(part.shape).stacks:
             return True
         bodies = [self.state.items[i].body_after(motion) for i, motion in motions.items()]
         spec = replace(part.spec, x_position=None, y_position=None)
-        return all(check.passed for check in STRUCTURES[part.shape].check(bodies, spec, self.state.table))
+        return all(check.passed for check in structure_named(part.shape).check(bodies, spec, self.state.table))
 
     def _laid_out(
         self, part: StructurePart, members: tuple[int, ...], count: int, rng: np.random.Generator
@@ -131,7 +131,7 @@ class StructureBlocks:
                 reason = reason or error
         if not blocks and reason is not None:
             raise reason
-        if part.shape is not None and STRUCTURES[part.shape].stacks:
+        if part.shape is not None and structure_named(part.shape).stacks:
             blocks = self._tried_blocks(part, members, blocks)
         return blocks
 
@@ -150,7 +150,7 @@ class StructureBlocks:
         own = list(members) if listed else [members[i] for i in rng.permutation(len(members))]
         items = [self.state.items[i] for i in own]
         shape = spec.shape or self._open_shape(spec, items, rng)
-        draft = STRUCTURES[shape].draft(
+        draft = structure_named(shape).draft(
             [item.layout_item() for item in items], replace(spec, shape=shape), heading, rng, structure_keys(part)
         )
         offsets = self._widened(part, items, draft.order, draft.offsets, draft.turns)
@@ -206,7 +206,7 @@ class StructureBlocks:
         kinds = [self.state.items[i].cloud.category for i in members]
         groups = list(self.grouping.groups(kinds, members, part.group_by or "").values())
         assert part.shape is not None
-        least = STRUCTURES[part.shape].least
+        least = structure_named(part.shape).least
         blocks = []
         for places in (groups[i] for i in rng.permutation(len(groups))):
             own = [members[i] for i in places]
@@ -232,7 +232,7 @@ class StructureBlocks:
         items = {i: self.state.items[i] for i in motions}
         bodies = [items[i].body_after(motion) for i, motion in motions.items()]
         middles = np.array([body.centroid for body in bodies])
-        centre = STRUCTURES[part.shape].centre(bodies) if part.shape is not None else middles.mean(axis=0)
+        centre = structure_named(part.shape).centre(bodies) if part.shape is not None else middles.mean(axis=0)
         return Block.of(items, motions, centre, quality)
 
     def _tried_blocks(self, part: StructurePart, members: tuple[int, ...], blocks: Sequence[Block]) -> list[Block]:
@@ -274,7 +274,7 @@ class StructureBlocks:
     def _require_suitable(self, part: StructurePart, items: Sequence[Item]) -> None:
         """Raise a `LayoutError` for too few objects, or a stack of several that nothing can stand on."""
         assert part.shape is not None
-        structure = STRUCTURES[part.shape]
+        structure = structure_named(part.shape)
         structure.require_enough([item.layout_item() for item in items])
         round_ones = [item.name for item in items if item.seen.rounded]
         if structure.stacks and len(round_ones) > 1:

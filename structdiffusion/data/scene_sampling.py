@@ -17,7 +17,7 @@ from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import Layout, lay_out
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Table
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import LayoutItem
 from structdiffusion.structures.structure import STANDING, TALLEST, WIDEST, LayoutError, choose_first
 
@@ -74,7 +74,7 @@ def full_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
     """Draw a spec of this shape that specifies every slot it can carry, of the sizes that are usual, as in the paper's
     test sentences.
     """
-    structure = STRUCTURES[shape]
+    structure = structure_named(shape)
     values = {**LEGAL_VALUES, "size": structure.sizes}
     return StructureSpec(shape, **{slot: str(rng.choice(values[slot])) for slot in structure.slots})
 
@@ -82,7 +82,7 @@ def full_spec(shape: str, rng: np.random.Generator) -> StructureSpec:
 def eligible(models: Sequence[ObjectModel], shape: str | None) -> list[ObjectModel]:
     """Return the objects of a library that suit a structure of this shape; `None` requires only that they stand."""
     if shape is not None:
-        return [model for model in models if STRUCTURES[shape].suits(model)]
+        return [model for model in models if structure_named(shape).suits(model)]
     return [model for model in models if model.flat_bottom and model.radius < WIDEST / 2]
 
 
@@ -119,7 +119,7 @@ def draw_scene(
     if categories:
         pool = [model for model in pool if model.category in categories]
     reason = f"{len(pool)} of {len(models)} objects suit a {spec.shape or 'structure'}"
-    who = STRUCTURES[spec.shape].requirement if spec.shape else STANDING
+    who = structure_named(spec.shape).requirement if spec.shape else STANDING
     if members is not None:
         named = {model.name for model in members}
         pool = [model for model in pool if model.name in named]
@@ -173,12 +173,12 @@ def _choose(
     named: bool,
 ) -> list[ObjectModel]:
     """Choose the objects that take part."""
-    low, high = STRUCTURES[shape].usual_counts if shape else _ANY_COUNTS
+    low, high = structure_named(shape).usual_counts if shape else _ANY_COUNTS
     wanted = count if count is not None else int(rng.integers(low, high + 1))
     shuffled = [pool[i] for i in rng.permutation(len(pool))]
     if shape is None:
         return choose_first(shuffled, wanted, "structure", _LEAST_OF_ANY)
-    return STRUCTURES[shape].choose(shuffled, wanted, rng, named)
+    return structure_named(shape).choose(shuffled, wanted, rng, named)
 
 
 def _scatter(

@@ -14,7 +14,7 @@ from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.planners.cem import PoseSearch
 from structdiffusion.planners.post_processor import PostProcessor
 from structdiffusion.planners.samples import EncodedScene, PoseSamples, encode_scene, prepare_samples
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.word_tokens import UnknownWordError
 
 
@@ -90,7 +90,7 @@ class StructFormerPlanner:
         Raises:
             UnknownWordError: if there is no network for the requested shape.
         """
-        able = [shape for shape in self.models if STRUCTURES[shape].can_carry(goal.spec)]
+        able = [shape for shape in self.models if structure_named(shape).can_carry(goal.spec)]
         shapes = [goal.spec.shape] if goal.spec.shape else able
         if goal.spec.shape and goal.spec.shape not in self.models:
             raise UnknownWordError(

@@ -14,8 +14,8 @@ from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.models.backbone import Condition, PoseBackbone
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.observation import ObjectCloud, Scene, StructureGoal
-from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
-from structdiffusion.word_tokens import require_known_words, word_ids
+from structdiffusion.structures import OPEN_SHAPES, structure_named
+from structdiffusion.word_tokens import UnknownWordError, require_known_words, word_ids
 
 _FARTHEST = 1000.0  # m, from the robot: even an untrained network stays far below
 _CLOUD_POINTS = 256  # as in training
@@ -112,7 +112,7 @@ def encode_scene(
     """
     most = model.config.max_objects
     if len(scene.objects) > most:
-        raise ValueError(f"{len(scene.objects)} objects are more than this model knows; legal: 1 to {most}")
+        raise UnknownWordError(f"{len(scene.objects)} objects are more than this model knows; legal: 1 to {most}")
     if sentence and goal.embedding is None:
         raise ValueError("the sentence model needs a sentence embedding; for slots alone use model 'diffusion-tokens'")
     require_known_words(goal.spec, model.config.vocabulary, model.kind)
@@ -149,7 +149,7 @@ def place_orders(
     random = torch.rand(count, len(objects), generator=generator).argsort(dim=1).numpy()
     rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
     items = [thing.layout_item() for thing in objects]
-    structures = OPEN_SHAPES.values() if spec.shape is None else (STRUCTURES[spec.shape],)
+    structures = OPEN_SHAPES.values() if spec.shape is None else (structure_named(spec.shape),)
     ordered = [structure.order_places(items, random, rng) for structure in structures]
     orders = [order for order in ordered if order is not None]
     if spec.shape is None or not orders:

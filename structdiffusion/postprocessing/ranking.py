@@ -20,7 +20,7 @@ from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.word_tokens import are_known_words, word_ids
 
@@ -179,7 +179,7 @@ def _places(objects: Sequence[ObjectEstimate], spec: StructureSpec) -> np.ndarra
     if spec.shape is None:
         return order
     items = [thing.layout_item() for thing in objects]
-    ordered = STRUCTURES[spec.shape].order_places(items, order, np.random.default_rng(0))
+    ordered = structure_named(spec.shape).order_places(items, order, np.random.default_rng(0))
     return order if ordered is None else ordered
 
 

@@ -16,7 +16,7 @@ from grounding.spec import StructureSpec
 from structdiffusion.completion.estimate import ObjectEstimate, imagined_bodies
 from structdiffusion.footprints import separation_along
 from structdiffusion.geometry import HEADING_OF_ROTATION, pose_from_xyz_yaw
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import PlacedBody
 
 # m of clear gap to which neighbours are separated: the unseen side of an object may reach a little farther
@@ -44,7 +44,7 @@ def fit_to_size(
     result = motions.copy()
     if spec.shape is not None:
         bodies = imagined_bodies(objects, motions) if bodies is None else bodies
-        result[:, :2, 3] += STRUCTURES[spec.shape].corrections(bodies, spec.size)
+        result[:, :2, 3] += structure_named(spec.shape).corrections(bodies, spec.size)
     return result
 
 
@@ -72,7 +72,7 @@ def align_cutlery(
         return result
     bodies = imagined_bodies(objects, motions) if bodies is None else bodies
     heading = HEADING_OF_ROTATION[spec.rotation] if spec.rotation else heading
-    for index, angle in enumerate(STRUCTURES[spec.shape].turns(bodies, heading)):
+    for index, angle in enumerate(structure_named(spec.shape).turns(bodies, heading)):
         if angle:
             turn = pose_from_xyz_yaw(0.0, 0.0, 0.0, float(angle))
             turn[:2, 3] = bodies[index].centroid - turn[:2, :2] @ bodies[index].centroid

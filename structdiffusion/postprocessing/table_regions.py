@@ -16,7 +16,7 @@ from structdiffusion.completion.estimate import ObjectEstimate, imagined_bodies
 from structdiffusion.evaluation_protocol import X_POSITION_THIRDS, Y_POSITION_THIRDS
 from structdiffusion.footprints import centre_range
 from structdiffusion.observation import Table
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import PlacedBody
 
 # Kept from the borders of a third, as a share of it; and from the edge of the table, m.
@@ -45,7 +45,7 @@ def shift_into_place(
     if spec.shape is None:
         return shift
     bodies = imagined_bodies(objects, motions) if bodies is None else bodies
-    centre = STRUCTURES[spec.shape].centre(bodies)
+    centre = structure_named(spec.shape).centre(bodies)
     inner = Table(table.x_min + _EDGE, table.x_max - _EDGE, table.y_min + _EDGE, table.y_max - _EDGE)
     for axis, value, names in ((0, spec.y_position, Y_POSITION_THIRDS), (1, spec.x_position, X_POSITION_THIRDS)):
         low, high = centre_range([body.footprint for body in bodies], centre, inner)[axis]

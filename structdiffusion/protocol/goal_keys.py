@@ -21,7 +21,7 @@ from structdiffusion.evaluation_protocol import (
 from structdiffusion.footprints import clear_gap
 from structdiffusion.observation import Table
 from structdiffusion.relations.figure import Standing
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.checks import Check, on_table_check, position_checks
 from structdiffusion.structures.key_checks import check_keys
@@ -43,7 +43,7 @@ def key_checks(standing: Standing, part: StructurePart, members: Sequence[int]) 
     if part.around is not None:
         (index,) = part.around
         assert isinstance(index, int)
-        centre, middle = STRUCTURES[part.shape or ""].centre(bodies), standing.bodies[index]
+        centre, middle = structure_named(part.shape or "").centre(bodies), standing.bodies[index]
         off = float(np.linalg.norm(centre - middle.centroid))
         moved = float(np.linalg.norm(middle.centroid - standing.before[index]))
         checks += [
@@ -113,7 +113,7 @@ class Grouping:
         """Check that each value has one structure by itself, and that these are apart; the place holds for the whole.
         """
         assert part.group_by is not None and part.shape is not None
-        structure = STRUCTURES[part.shape]
+        structure = structure_named(part.shape)
         groups = self.groups([body.category for body in bodies], members, part.group_by)
         checks = []
         for value, places in groups.items():

@@ -19,7 +19,7 @@ from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.relations.bonds import Bond, bonds_of, require_indices
 from structdiffusion.relations.figure import Standing
 from structdiffusion.simulation.world import TABLE
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.checks import Check, on_table_check, position_checks
 
 
@@ -74,7 +74,7 @@ def structure_part_checks(
     supports = [set(standing.bodies[i].rests_on) for i in members]
     foreign = sum(bool(carriers - {TABLE, *members}) for carriers in supports)
     checks = [*checks, Check("objects that rest on a distractor", foreign == 0, foreign, "0")]
-    if part.shape is not None and STRUCTURES[part.shape].stacks:
+    if part.shape is not None and structure_named(part.shape).stacks:
         leaning = sum(TABLE in carriers for carriers in supports)
         checks.append(Check("objects that rest on the table and on another", leaning == 0, leaning, "0"))
     return checks + key_checks(standing, part, members)

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from grounding.spec import StructureSpec
 from structdiffusion.observation import Table
-from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, structure_named
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.checks import Check
 
@@ -27,7 +27,7 @@ def check_structure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Ta
         table: the table's rectangle.
     """
     if spec.shape is not None:
-        return STRUCTURES[spec.shape].check(bodies, spec, table)
+        return structure_named(spec.shape).check(bodies, spec, table)
     options = [
         structure.check(bodies, replace(spec, shape=structure.name), table)
         for structure in OPEN_SHAPES.values()

@@ -18,7 +18,7 @@ from structdiffusion.evaluation_protocol import SIZE_BANDS, X_POSITION_THIRDS, Y
 from structdiffusion.layouts import lay_out
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
-from structdiffusion.structures import OPEN_SHAPES, STRUCTURES
+from structdiffusion.structures import OPEN_SHAPES, structure_named
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import HEADING_MEASURE, PLACE_MEASURE, SIZE_MEASURE
 from structdiffusion.structures.structure import LayoutError
@@ -61,7 +61,7 @@ def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None 
     """
     shape = realised_shape(bodies, table) if shape is None else shape
     values: dict[str, str | None] = {}
-    for slot in STRUCTURES[shape].slots:
+    for slot in structure_named(shape).slots:
         measure = _rotation if slot == "rotation" else _size if slot == "size" else _position
         values[slot] = measure(bodies, table, shape, slot)
     return StructureSpec(shape, **values)
@@ -69,7 +69,7 @@ def realised_spec(bodies: Sequence[PlacedBody], table: Table, shape: str | None 
 
 def distinct_values(shape: str | None, slot: str) -> tuple[str, ...]:
     """Return the values of a slot that can be distinguished in a structure of a shape."""
-    return STRUCTURES[shape].rotations if shape is not None and slot == "rotation" else LEGAL_VALUES[slot]
+    return structure_named(shape).rotations if shape is not None and slot == "rotation" else LEGAL_VALUES[slot]
 
 
 def fitting_values(
@@ -146,7 +146,7 @@ def _position(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str)
 
 
 def _rotation(bodies: Sequence[PlacedBody], table: Table, shape: str, slot: str) -> str | None:
-    if not STRUCTURES[shape].has_heading(bodies):
+    if not structure_named(shape).has_heading(bodies):
         return None
     off: dict[str, float] = {}
     for rotation in distinct_values(shape, slot):

@@ -14,7 +14,7 @@ from structdiffusion.objects.model import footprint_centroid, unique_names
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.protocol.slot_measurement import realised_shape
 from structdiffusion.simulation.world import REST_SECONDS, TABLE, TabletopWorld
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.checks import Check
 
@@ -42,7 +42,7 @@ def semantic_checks(
     foreign = sum(not own.issuperset(supports[index]) for index in indices)
     checks = [*check_structure(bodies, spec, world.table)]
     checks.append(Check("objects that rest on a distractor", foreign == 0, foreign, "0"))
-    if STRUCTURES[spec.shape or realised_shape(bodies, world.table)].stacks:
+    if structure_named(spec.shape or realised_shape(bodies, world.table)).stacks:
         leaning = sum(TABLE in supports[index] and len(supports[index]) > 1 for index in indices)
         checks.append(Check("objects that rest on the table and on another", leaning == 0, leaning, "0"))
     return tuple(checks)

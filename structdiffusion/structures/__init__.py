@@ -16,20 +16,25 @@ whether it faces anywhere (`has_heading`, `rotations`), and how sampled poses ar
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 
+from grounding.figures.figure import Figure, FigureError
+from grounding.figures.library import figure_named
 from grounding.spec import FIRST_SHAPES
 from structdiffusion.structures.arc import Arc
 from structdiffusion.structures.circle import Circle
 from structdiffusion.structures.cluster import Cluster
 from structdiffusion.structures.cross import Cross
+from structdiffusion.structures.flat_figure import FlatFigure
 from structdiffusion.structures.grid import Grid
 from structdiffusion.structures.line import Line
 from structdiffusion.structures.pyramid import Pyramid
 from structdiffusion.structures.rectangle import Rectangle, Square
-from structdiffusion.structures.structure import Structure
+from structdiffusion.structures.structure import LayoutError, Structure
 from structdiffusion.structures.table_setting import TableSetting
 from structdiffusion.structures.tower import Tower
 from structdiffusion.structures.triangle import Triangle
+from structdiffusion.structures.upright_figure import UprightFigure
 
 # In the order of `grounding.spec.SHAPES`.
 STRUCTURES: Mapping[str, Structure] = {
@@ -41,3 +46,22 @@ STRUCTURES: Mapping[str, Structure] = {
 }  # fmt: skip
 # What an open shape may become: the shapes that every planner knows.
 OPEN_SHAPES: Mapping[str, Structure] = {name: STRUCTURES[name] for name in FIRST_SHAPES}
+
+
+def structure_named(shape: str) -> Structure:
+    """Return the structure of a shape, or of a figure.
+
+    Raises:
+        LayoutError: for a name that has neither.
+    """
+    if shape in STRUCTURES:
+        return STRUCTURES[shape]
+    try:
+        return _of_figure(figure_named(shape))
+    except FigureError as error:
+        raise LayoutError(str(error)) from error
+
+
+@lru_cache(maxsize=256)
+def _of_figure(figure: Figure) -> Structure:
+    return UprightFigure(figure) if figure.blocks else FlatFigure(figure)

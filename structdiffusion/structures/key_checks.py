@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_LENGTH_OFF, MAX_RADIUS_OFF, max_gap_off
 from structdiffusion.footprints import clear_gap
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.checks import Check
 from structdiffusion.structures.keys import StructureKeys
@@ -30,7 +30,7 @@ def check_keys(bodies: Sequence[PlacedBody], spec: StructureSpec, keys: Structur
     """
     if spec.shape is None:
         raise ValueError("a structure without a shape takes no keys")
-    structure = STRUCTURES[spec.shape]
+    structure = structure_named(spec.shape)
     if len(bodies) < structure.least:
         return []
     checks: list[Check] = []

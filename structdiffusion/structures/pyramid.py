@@ -54,12 +54,7 @@ class Pyramid(Structure):
         """Return whether an object stands, carries and is low; cutlery lies, and plates and bowls are narrow at their
         feet.
         """
-        return (
-            super().suits(thing)
-            and thing.stackable
-            and thing.height < min(_TALLEST_OBJECT, _SLENDER * thing.radius)
-            and thing.category not in (*CUTLERY, *BASES)
-        )
+        return super().suits(thing) and carries_in_walls(thing)
 
     def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose objects whose heights make level rows: one, and those nearest to it in size.
@@ -94,7 +89,7 @@ class Pyramid(Structure):
         heading = rng.integers(2) * math.pi / 2 if rng.random() < 0.5 else heading
         rows = _level_rows(items)
         direction = np.array([math.sin(heading), -math.cos(heading)])
-        turns = np.array([_flush_turn(item.footprint, heading - math.pi / 2) for item in items])
+        turns = np.array([flush_turn(item.footprint, heading - math.pi / 2) for item in items])
         outlines = [turned(item.footprint, turn) for item, turn in zip(items, turns)]
         order = [item for row in rows for item in row]
         offsets = _along_wall(rows, outlines, direction)[:, None] * direction
@@ -156,6 +151,15 @@ class Pyramid(Structure):
         except LayoutError:
             return None
         return np.tile(order, (len(random), 1))
+
+
+def carries_in_walls(thing: ObjectTraits) -> bool:
+    """Return whether an object can be part of a wall that objects are released onto."""
+    return (
+        thing.stackable
+        and thing.height < min(_TALLEST_OBJECT, _SLENDER * thing.radius)
+        and thing.category not in (*CUTLERY, *BASES)
+    )
 
 
 def row_lengths(count: int) -> tuple[int, ...]:
@@ -260,7 +264,7 @@ def _narrowest(items: Sequence[LayoutItem], row: Sequence[int]) -> float:
     return min(float(np.ptp(items[i].footprint, axis=0).min()) for i in row)
 
 
-def _flush_turn(footprint: np.ndarray, axis: float) -> float:
+def flush_turn(footprint: np.ndarray, axis: float) -> float:
     """Return the turn (rad), the short way round, that brings the long side of an outline's tightest box to an axis."""
     edges = np.roll(footprint, -1, axis=0) - footprint
     angles = np.arctan2(edges[:, 1], edges[:, 0])

@@ -9,7 +9,8 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from grounding.spec import ROTATIONS, SIZES, SLOTS_OF_SHAPE, StructureSpec
+from grounding.figures.library import LIKE
+from grounding.spec import ROTATIONS, SIZES, StructureSpec, slots_of
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBody
 from structdiffusion.structures.checks import Check
@@ -24,7 +25,9 @@ LIFT = 0.0005  # m between surfaces that touch in a layout, so that they do not 
 
 
 def a_structure(name: str) -> str:
-    """Return a structure's name with its article."""
+    """Return a structure's name with its article; "like FILE" is a structure like that."""
+    if name.startswith(LIKE):
+        return f"a structure {name}"
     return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
@@ -57,7 +60,7 @@ class Structure(Protocol):
     A structure has no state. Methods implemented here are defaults for a flat structure of any objects.
 
     Attributes:
-        name: its name in `grounding.spec.SHAPES`.
+        name: its name in `grounding.spec.SHAPES`, or that of a figure.
         least: the fewest objects that make one.
         usual_counts: the fewest and the most objects of a drawn scene, unless another number is asked for.
         exact_count: whether a drawn scene has exactly the number of objects that was asked for. `False` where some
@@ -94,7 +97,7 @@ class Structure(Protocol):
     @property
     def slots(self) -> tuple[str, ...]:
         """Return its legal slots besides the shape."""
-        return SLOTS_OF_SHAPE[self.name]
+        return slots_of(self.name)
 
     def can_carry(self, spec: StructureSpec) -> bool:
         """Return whether it has every slot that a spec specifies; the spec's own shape, if any, does not matter."""

@@ -1,9 +1,11 @@
 """The few-shot prompt: what it teaches is legal, and teaches every answer."""
 
 import hashlib
+import re
 
 import pytest
 
+from grounding.figures.library import figure_named, figure_nouns
 from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE
 from grounding.spec import SLOTS, StructureSpec
 from prompts import SHIPPED, PromptError, load_prompt, prompt_examples, prompt_names
@@ -48,3 +50,10 @@ def test_an_unknown_prompt_is_named_with_the_known_ones():
 def test_shipped_checksums_are_those_of_the_files():
     """Whoever changes a prompt measures again, and writes its checksum down."""
     assert {name: hashlib.sha256(load_prompt(name).encode()).hexdigest() for name in prompt_names()} == SHIPPED
+
+
+def test_the_prompt_of_goals_names_every_figure_that_is_shipped():
+    line = next(line for line in load_prompt("read_goal").splitlines() if line.startswith("- FIGURES"))
+    flat, upright = (re.split(", ", part) for part in re.search(r"capitals, (.*?)\. .*?size: (.*?)\.", line).groups())
+    named = [figure_named(name) for name in figure_nouns(taught=False) if not name.startswith(("letter ", "digit "))]
+    assert flat == [one.name for one in named if not one.stacked] and upright == [one.name for one in named if one.stacked]

@@ -22,7 +22,7 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
     ("found", "said"),
     [
         (refused(Proposal(None, 0.9, problem="nothing here is 'the fork'")), "'do it' cannot be built: nothing here is 'the fork'"),
-        (refused(Proposal(None, 0.9, "nothing")), ", pyramid, or a place); say what should go where, as 'put cup next to the bowl'"),
+        (refused(Proposal(None, 0.9, "nothing")), ", pyramid, a figure such as a heart or a letter T, or a place); say what should go where, as 'put cup next to the bowl'"),
         (
             refused(Proposal(None, 0.9, "unclear"), goal=LINE),
             "'do it' does not say clearly which objects or which place are meant; name them, or say 'a line of the four cans'",

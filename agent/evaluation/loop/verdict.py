@@ -9,7 +9,7 @@ from typing import Any
 from agent.pipeline.table_goal import renumbered
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart
-from grounding.structure_words import STRUCTURES
+from grounding.structure_words import words_of
 from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.evaluation_protocol import MAX_TILT, MAX_TILT_DEGREES
 from structdiffusion.geometry import tilt_between
@@ -70,7 +70,7 @@ def goal_without(goal: Goal, gone: Collection[int]) -> Goal:
     for number, part in enumerate(goal.parts):
         if isinstance(part, StructurePart):
             left: Any = tuple(index for index in part.objects or () if index not in gone)
-            least = 1 if part.shape is None else STRUCTURES[part.shape].least
+            least = 1 if part.shape is None else words_of(part.shape).least
             if len(left) >= least and not set(part.around or ()) & set(gone):
                 kept[number] = replace(part, objects=left)
     numbers = {old: new for new, old in enumerate(kept)}

@@ -270,11 +270,11 @@ def most_objects(model: str, weights: Path | None) -> int:
 
 def _check_number(goal: SceneGoal, scene: Scene, model: str, most: int) -> None:
     """Refuse too few or too many objects."""
-    from structdiffusion.structures import STRUCTURES
+    from structdiffusion.structures import structure_named
 
     members = f"{len(goal.members)} of {len(scene)} objects ({', '.join(scene.names[index] for index in goal.members)})"
     shape = goal.spec.shape or "structure"
-    fewest = STRUCTURES[shape].least if shape in STRUCTURES else FEWEST_OBJECTS
+    fewest = FEWEST_OBJECTS if goal.spec.shape is None else structure_named(shape).least
     if len(goal.members) < fewest:
         raise StructagentError(
             f"the instruction means {members}, and a {shape} takes {fewest} to {most}", NOT_BUILDABLE

@@ -59,7 +59,7 @@ def test_words_stand_for_objects_where_no_scene_is_known(tmp_path):
         ({"goals": []}, ["goals", "'ok'", "one goal or more"]),
         ({"status": "refused"}, ["goals", "'refused'", "an empty list"]),
         ({"goals": [{"parts": []}]}, ["goal 0", "no parts", "refused"]),
-        ({"goals": [LINE, {"parts": [{"kind": "structure", "shape": "star"}]}]}, ["goal 1", "'star'", "circle"]),
+        ({"goals": [LINE, {"parts": [{"kind": "structure", "shape": "giraffe"}]}]}, ["goal 1", "'giraffe'", "circle"]),
         ({"goals": [{"parts": [{"kind": "structure", "shape": "line", "gap": -1}]}]}, ["gap", "-1"]),
         (
             {"goals": [{"parts": [{"kind": "structure", "shape": "line", "objects": [0, 6]}]}]},

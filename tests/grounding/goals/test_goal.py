@@ -123,7 +123,7 @@ def test_the_rest_is_what_no_part_names() -> None:
 @pytest.mark.parametrize(
     ("parts", "said"),
     [
-        ([{"kind": "structure", "shape": "heart"}], "shape cannot be 'heart'; legal values: circle, line"),
+        ([{"kind": "structure", "shape": "blob"}], "shape cannot be 'blob'; legal values: circle, line"),
         ([{"kind": "pile"}], "part 0: kind cannot be 'pile'; legal values: structure, relation"),
         ([LINE | {"radius": 0.1}], "a line takes no radius; shapes that do: circle, arc"),
         ([LINE | {"gap": -0.05}], "gap cannot be -0.05 m; legal values: 0 to 3 m"),

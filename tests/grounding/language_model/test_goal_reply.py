@@ -59,7 +59,7 @@ def test_a_refusal_and_a_remark_have_a_reason(decision, reason):
         (build({"kind": "tower"}), "kind cannot be 'tower'"),
         (build({"kind": "relation"}), "relation cannot be None"),
         (build({"kind": "relation", "relation": "on", "reference": [1]}), "needs objects"),
-        (build(TOWER | {"shape": "heart"}), "heart"),
+        (build(TOWER | {"shape": "giraffe"}), "giraffe"),
         (build(TOWER | {"radius": 0.1}), "takes no radius"),
         (build(TOWER | {"colour": "red"}), "unknown key 'colour'"),
         (build({"kind": "structure", "shape": "line", "gap": 5}), "gap cannot be 5 m"),

@@ -1,0 +1,1 @@
+"""Figures that users teach: read off examples, kept as files, shown as characters."""

@@ -1,0 +1,99 @@
+"""Keep the figures that users teach: one file each, in the folder beside the user's configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from agent.errors import NotWritten, UsageError
+from grounding.figures.figure import Figure, FigureError
+from grounding.figures.files import write_figure
+from grounding.figures.library import LIKE, VARIABLE, figure_named, figure_nouns, file_name, taught_folder
+from grounding.figures.words import WORD
+from grounding.parse_result import shortened
+from grounding.resolve.function_words import FUNCTION_WORDS
+from grounding.structure_words import STRUCTURES
+
+
+def teach(name: str, read: Callable[[str], Figure]) -> tuple[Figure, Path]:
+    """Keep a figure under a name.
+
+    Args:
+        name: what people will call it.
+        read: returns the figure with that name.
+
+    Returns:
+        The figure and its file. A figure of this name that was taught before is replaced.
+
+    Raises:
+        UsageError: for a name that something else has, or that cannot be one.
+        FigureError: if there is no figure.
+        NotWritten: if its file cannot be written.
+    """
+    name = checked_name(name)
+    figure = replace(read(name), name=name, nouns=(name,))
+    path = _folder() / file_name(name)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_figure(figure, path)
+    except (OSError, FigureError) as error:
+        raise NotWritten(f"the figure {name!r} cannot be kept: {error}") from error
+    return figure, path
+
+
+def forget(name: str) -> Path:
+    """Remove the file of a taught figure; return its path.
+
+    Raises:
+        UsageError: for a figure that was not taught.
+    """
+    path = _folder() / file_name(name)
+    if not path.is_file():
+        known = ", ".join(taught_names()) or "none"
+        raise UsageError(f"no figure {shortened(name)!r} was taught; taught figures: {known}")
+    path.unlink()
+    return path
+
+
+def taught_names() -> tuple[str, ...]:
+    """Return the names of the taught figures."""
+    shipped = figure_nouns(taught=False)
+    return tuple(name for name in figure_nouns() if name not in shipped)
+
+
+def figure_said(noun: str) -> Figure:
+    """Return the figure of a noun or a name; capitals do not matter: "letter t", "smiley face".
+
+    Raises:
+        FigureError: if there is none.
+    """
+    said = " ".join(noun.lower().split())
+    named = (name for name, nouns in figure_nouns().items() if said in (name.lower(), *map(str.lower, nouns)))
+    return figure_named(next(named, noun))
+
+
+def checked_name(name: str) -> str:
+    """Return a name for a figure, in small letters and without its article.
+
+    Raises:
+        UsageError: for a name that a shape or a shipped figure has, one of more than four words, or one without letters.
+    """
+    words = name.lower().split()
+    said = " ".join(words[1:] if words[:1] in (["a"], ["an"], ["the"]) else words)
+    if not said or not all(word.replace("-", "").isalnum() for word in said.split()) or len(said.split()) > 4 or len(said) < 2:
+        raise UsageError(f"a figure cannot be called {shortened(name)!r}; legal: one to four words of letters and digits")
+    if said in FUNCTION_WORDS or said.startswith((LIKE, WORD)):
+        raise UsageError(f"a figure cannot be called {said!r}, a word of sentences; choose a noun, such as 'city gate'")
+    shapes = {noun: shape.name for shape in STRUCTURES.values() for noun in (shape.name, *shape.words.nouns)}
+    shipped = {noun.lower(): one for one, nouns in figure_nouns(taught=False).items() for noun in nouns}
+    if (other := shapes.get(said) or shipped.get(said)) is not None:
+        raise UsageError(f"{said!r} is {other!r} already, which comes with structagent; choose another name, such as 'my {said}'")
+    return said
+
+
+def _folder() -> Path:
+    folder = taught_folder()
+    if folder is None:
+        raise UsageError(f"there is no home folder to keep figures in; set {VARIABLE} to a folder")
+    return folder

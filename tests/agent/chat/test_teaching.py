@@ -1,0 +1,57 @@
+"""Lines that give a structure a name, and words for the structure before."""
+
+import pytest
+
+from agent import events
+from agent.chat.teaching import name_taught, with_structure_before
+from agent.errors import UsageError
+from agent.figures.taught import taught_names
+from grounding.figures.library import VARIABLE, figure_named
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
+
+
+@pytest.mark.parametrize(("line", "name"), [
+    ("call this a gate", "a gate"), ("Call it the city gate, please.", "the city gate"), ("let's call this structure a fort", "a fort"),
+    ("remember this as my fort", "my fort"), ("this is called a roof", "a roof"), ("save that figure as roof", "roof"),
+    ("call object 3 a mug", None), ("this is a mess", None), ("what do you call this?", None), ("put the cups in a roof", None),
+])  # fmt: skip
+def test_names(line, name):
+    assert name_taught(line) == name
+
+
+def test_the_structure_before_stands_in_its_own_noun():
+    goal = Goal((StructurePart("letter T", objects=(0, 1, 2, 3)),))
+    assert with_structure_before("one like the one before, but bigger", goal) == "a letter T, but large"
+    assert with_structure_before("another one like the last one with the cans", goal) == "a letter T with the cans"
+    assert with_structure_before("a bit bigger", goal) == "a bit bigger"
+    with pytest.raises(UsageError, match="there is no structure before"):
+        with_structure_before("like the one before", Goal())
+
+
+def test_a_proposal_gets_a_name_and_can_be_asked_for_by_it(cache, conversation, sent, told, tmp_path, monkeypatch):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    told({})
+    assert conversation.say("put the cups in a line")
+    assert conversation.replied("call this a fence")
+    assert taught_names() == ("fence",) and len(figure_named("fence").strokes) == 1
+    answered = [event for event in sent if isinstance(event, events.Answered)][-1]
+    assert "From now on this is a fence, of 2 or more objects" in answered.answer
+    assert conversation.situation.proposal is not None  # naming changes nothing else
+    with pytest.raises(UsageError, match="'circle' is 'circle' already"):
+        conversation.taught("call this a circle")
+
+
+def test_a_conversation_about_a_figure(conversation, tmp_path, monkeypatch):
+    """Read by the networks that users have."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    assert conversation.say("make a letter L out of everything")
+    assert str(conversation.situation.goal) == "letter L of everything else"
+    assert conversation.replied("call this a hook")
+    assert figure_named("hook").strokes == figure_named("letter L").strokes
+    assert conversation.say("turn the L around")
+    assert str(conversation.situation.goal) == "letter L of everything else, facing north"
+    assert conversation.say("make it a hook")
+    assert [part.shape for part in conversation.situation.goal.structures] == ["hook"]
+    assert not conversation.say("write HELLO with the cups")
+    assert [part.shape for part in conversation.situation.goal.structures] == ["hook"]
