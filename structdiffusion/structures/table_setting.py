@@ -29,7 +29,7 @@ from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
 
 _LONGEST = 0.15  # m from the middle of an object to its end: longer cutlery is for serving
 _STEP = 0.005  # m by which an object is pushed on until it clears what is there
-_BESIDE = (0.012, 0.022)  # m between neighbours beside the base
+_BESIDE = (0.02, 0.035)  # m between neighbours beside the base: fingers have to come between them
 _SKEW = math.radians(8.0)  # that sampled cutlery may be off; the evaluation protocol allows more
 _FACING_STEP = math.radians(5)  # between the headings that are tried where no cutlery tells where the diner sits
 

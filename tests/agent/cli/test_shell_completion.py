@@ -30,7 +30,7 @@ def words(program, *line: str) -> list[str]:
     ("line", "offered"),
     [
         (["ev"], ["evaluate"]),
-        (["evaluate", ""], ["success", "goals", "arm", "loop", "steering", "picks", "recordings", "segmentation", "nouns", "completion",
+        (["evaluate", ""], ["success", "goals", "figures", "arm", "loop", "steering", "picks", "recordings", "segmentation", "nouns", "completion",
                             "parse", "language", "discriminators", "coverage", "chat"]),
         (["evaluate", "a"], ["arm"]),
         (["bulid", ""], []),
