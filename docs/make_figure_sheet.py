@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from agent.rendering.ray_tracing import Stage
 from agent.rendering.surfaces import Surface
 from grounding.figures.figure import Figure
-from grounding.figures.library import figure_named, figure_names
+from grounding.figures.names import figure_named, figure_names
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import layout_item
 from structdiffusion.geometry import pose_from_xyz_yaw

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from grounding.figures.figure import Figure, FigureError
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 
 # What a structure may be told beside its slots (docs/protocol.md, part two).
 KEYS = ("order", "gap", "radius", "length", "rows", "columns", "around", "along", "group_by")

@@ -16,6 +16,7 @@ LAYERS = (
         "grounding.linear_algebra",
         "grounding.packed_weights",
         "grounding.untrusted_files",
+        "grounding.user_folder",
     ),
     ("grounding.figures",),
     ("grounding.structure_words",),

@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-import numpy as np
-
 from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, TRANSFER_SPEED, ArmDriver, both_sides
 from agent.arm.events import Picked, Stopped
@@ -51,8 +49,9 @@ class Handling:
         driver, arm = self.driver, self.arm
         driver.open(plan.grasp.opening)
         driver.follow(plan.reach, f"reach {name}")
-        way = driver.follow(plan.approach, f"approach {name}", CARTESIAN_SPEED, self._meets(plan.grasp.opening))
-        if self._meets(plan.grasp.opening)():
+        meets = self._meets(plan.grasp.opening)
+        way = driver.follow(plan.approach, f"approach {name}", CARTESIAN_SPEED, meets)
+        if meets():
             driver.follow(way[::-1], "retreat", CARTESIAN_SPEED)
             fold(driver, self._scene)
             return "the fingers met something on the way down"

@@ -15,9 +15,9 @@ from agent.chat.explanations import (
 from agent.chat.knowledge import Knowledge, next_step
 from agent.chat.relation_answers import MEASURES, RELATION_ANSWERS, measure_of, sides_in_words
 from agent.chat.table_facts import Fact, capitalized, join_words, unknown_adjectives, with_article
-from agent.rendering.text import aligned
+from agent.rendering.text import aligned, with_indefinite_article
 from grounding.dialogue.acts import Act
-from grounding.figures.library import figure_nouns
+from grounding.figures.names import figure_nouns
 from grounding.resolve.word_forms import plural, singular
 from grounding.spec import SHAPES
 
@@ -134,7 +134,7 @@ def _shape_asked_for(words: str) -> str:
 
 
 def _with_articles(shapes: Sequence[str]) -> str:
-    said = [f"{'an' if shape[0] in 'aeiou' else 'a'} {shape}" for shape in shapes]
+    said = list(map(with_indefinite_article, shapes))
     return " or ".join(filter(None, (", ".join(said[:-1]), said[-1])))
 
 

@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from agent import events
 from agent.perception.color_names import color_word_in_picture
 from agent.perception.description import oriented_box, shape_words
-from agent.rendering.text import place
+from agent.rendering.text import place, with_indefinite_article
 from agent.reporting.event_text import describe_object
 from grounding.dialogue.act_words import COLORS
 from grounding.resolve.errors import ResolveError
@@ -177,7 +177,7 @@ def count_by_noun(facts: Sequence[Fact]) -> str:
 def _counted(noun: str, count: int) -> str:
     if count > 1:
         return f"{count} {plural(noun)}"
-    return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"
+    return with_indefinite_article(noun)
 
 
 def join_words(words: Sequence[str]) -> str:

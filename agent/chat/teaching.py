@@ -11,9 +11,10 @@ import numpy as np
 from agent.chat.state import Situation
 from agent.errors import UsageError
 from agent.figures.examples import example_of_clouds
+from agent.rendering.text import with_indefinite_article
 from grounding.dialogue.acts import bare, is_question
 from grounding.figures.figure import Figure
-from grounding.figures.library import figure_named, is_figure
+from grounding.figures.names import figure_named, is_figure
 from grounding.goals.goal import Goal
 from grounding.propose.figure_mentions import compared
 from grounding.structure_words import words_of
@@ -84,4 +85,4 @@ def with_structure_before(text: str, goal: Goal) -> str:
     if len(shapes) != 1:
         raise UsageError("there is no structure before" if not shapes else f"which one is meant: {', '.join(sorted(shapes))}?")
     noun = words_of(shapes.pop()).words.nouns[0]
-    return compared(_BEFORE.sub(f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}", text))
+    return compared(_BEFORE.sub(with_indefinite_article(noun), text))

@@ -19,7 +19,7 @@ from agent.cli.app import app
 from agent.cli.command_tree import Command, Parameter, command_tree
 from agent.cli.config import configurable
 from agent.runtime.settings import KEY_VARIABLE, PROJECT_FILE, SETTINGS
-from grounding.figures.library import VARIABLE as STRUCTURES
+from grounding.figures.names import VARIABLE as STRUCTURES
 
 FILE = Path(agent.__file__).resolve().parents[1] / "docs" / "cli.md"
 

@@ -161,7 +161,7 @@ def _example(like: Path, folder: Path) -> str:
     """Write the figure of an example to the folder of a run; return its name in goals."""
     from agent.figures.examples import read_example
     from grounding.figures.files import figure_text
-    from grounding.figures.library import LIKE
+    from grounding.figures.names import LIKE
 
     figure = read_example(like, "example")
     return f"{LIKE}{OwnFolder(folder, 'run').write('example.toml', figure_text(figure).encode()).absolute()}"

@@ -37,7 +37,7 @@ def list_figures(json_output: JsonOption = False) -> None:
     """
     from agent.figures.taught import taught_names
     from agent.rendering.text import aligned
-    from grounding.figures.library import figure_named, figure_names
+    from grounding.figures.names import figure_named, figure_names
 
     taught = taught_names()
     figures = [figure_named(name) for name in figure_names()]
@@ -71,7 +71,7 @@ def show(name: NameArgument, json_output: JsonOption = False) -> None:
     from agent.figures.picture import picture
     from agent.figures.taught import figure_said
     from grounding.figures.files import figure_text
-    from grounding.figures.library import file_of
+    from grounding.figures.names import file_of
 
     figure = figure_said(name)
     with results_stream() as results:

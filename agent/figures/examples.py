@@ -20,7 +20,7 @@ from agent.scenes.object_placement import load_scene
 from agent.scenes.sources import RECORDINGS, scene_source
 from grounding.figures.figure import Figure, FigureError
 from grounding.figures.files import read_figure
-from grounding.figures.library import figure_named, is_figure
+from grounding.figures.names import figure_named, is_figure
 from structdiffusion.completion.estimate import estimate
 from structdiffusion.figures.example import Example, figure_of
 from structdiffusion.footprints import outline_centroid, turned

@@ -9,7 +9,7 @@ from pathlib import Path
 from agent.errors import NotWritten, UsageError
 from grounding.figures.figure import Figure, FigureError
 from grounding.figures.files import write_figure
-from grounding.figures.library import LIKE, VARIABLE, figure_named, figure_nouns, file_name, taught_folder
+from grounding.figures.names import LIKE, VARIABLE, figure_named, figure_nouns, file_name, taught_folder
 from grounding.figures.words import WORD
 from grounding.parse_result import shortened
 from grounding.resolve.function_words import FUNCTION_WORDS

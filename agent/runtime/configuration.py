@@ -17,7 +17,8 @@ from urllib.parse import urlsplit
 
 from agent.errors import BadInput
 from agent.runtime.settings import BY_NAME, KEY_VARIABLE, PREFIX, PROJECT_FILE, SECRETS, SETTINGS, Setting
-from grounding.figures.library import VARIABLE as STRUCTURES  # a folder, and no option
+from grounding.figures.names import VARIABLE as STRUCTURES  # a folder, and no option
+from grounding.user_folder import user_folder
 from structdiffusion.limits import SETTINGS_BYTES, read_at_most
 
 ENVIRONMENT, PROJECT, USER = "environment", "project file", "user file"
@@ -103,10 +104,8 @@ def find_project_file(folder: Path | None = None) -> Path | None:
 
 def user_file(environment: Mapping[str, str]) -> Path | None:
     """Return the path of the user's file, in `XDG_CONFIG_HOME` or `~/.config`; `None` without a home folder."""
-    base = environment.get("XDG_CONFIG_HOME", "")
-    if not os.path.isabs(base):  # empty or relative, which the XDG specification says to ignore
-        base = os.path.join(environment.get("HOME") or os.path.expanduser("~"), ".config")
-    return Path(base) / "structagent" / "config.toml" if os.path.isabs(base) else None
+    folder = user_folder(environment)
+    return None if folder is None else folder / "config.toml"
 
 
 def _is_file(path: Path) -> bool:

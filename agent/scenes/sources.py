@@ -22,7 +22,7 @@ from agent.scenes.simulated import SimulatedScene
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.validation import StandingObject
 from agent.scenes.workcell import Workcell
-from grounding.figures.library import is_figure
+from grounding.figures.names import is_figure
 from grounding.parse_result import shortened
 from grounding.resolve.attributes import SceneObject
 from structdiffusion.limits import FOLDER_FILES, SLOW_BYTES

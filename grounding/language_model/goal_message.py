@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from grounding.figures.library import figure_nouns
+from grounding.figures.names import figure_nouns
 from grounding.goals.goal import Goal
 from grounding.parsers.llm_reply import readable
 from grounding.resolve.attributes import SceneObject

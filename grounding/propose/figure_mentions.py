@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-from grounding.figures.library import figure_nouns
+from grounding.figures.names import figure_nouns
 from grounding.figures.words import WORD
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.function_words import (

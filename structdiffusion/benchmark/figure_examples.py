@@ -9,7 +9,7 @@ import numpy as np
 
 from grounding.figures.figure import Figure
 from grounding.figures.growth import FigureBlock
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 from grounding.spec import StructureSpec
 from structdiffusion.benchmark.figure_families import BLOCKS, counts_of
 from structdiffusion.benchmark.goals import GoalScene

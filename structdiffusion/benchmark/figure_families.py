@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from grounding.figures.library import figure_named, shipped_names
+from grounding.figures.names import figure_named, shipped_names
 from grounding.goals.parts import Part, StructurePart
 from structdiffusion.benchmark.goal_families import Cast, Family, Rng
 from structdiffusion.data.scene_sampling import SceneError

@@ -8,7 +8,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, Objects, PartReference, RelationPart, StructurePart
 from structdiffusion.relations import RELATIONS
 from structdiffusion.relations.relation import Relation
-from structdiffusion.structures import STRUCTURES, structure_named
+from structdiffusion.structures import STRUCTURES
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 from grounding.figures.figure import Figure, FigureError
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 from grounding.spec import FIRST_SHAPES
 from structdiffusion.structures.arc import Arc
 from structdiffusion.structures.circle import Circle

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from grounding.figures.library import LIKE
+from grounding.figures.names import LIKE
 from grounding.spec import ROTATIONS, SIZES, StructureSpec, slots_of
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBody

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from grounding.figures.library import VARIABLE
+from grounding.figures.names import VARIABLE
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import PartReference, RelationPart, StructurePart

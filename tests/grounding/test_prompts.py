@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from grounding.figures.library import figure_named, figure_nouns
+from grounding.figures.names import figure_named, figure_nouns
 from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE
 from grounding.spec import SLOTS, StructureSpec
 from prompts import SHIPPED, PromptError, load_prompt, prompt_examples, prompt_names

@@ -22,7 +22,7 @@ from agent.evaluation.rows import Row
 from agent.pipeline.candidates import checked_planner
 from grounding.figures.figure import FigureError
 from grounding.figures.files import write_figure
-from grounding.figures.library import LIKE
+from grounding.figures.names import LIKE
 from grounding.goals.goal import Goal
 from structdiffusion.benchmark.figure_classifier import named
 from structdiffusion.benchmark.figure_examples import METHODS, example_of

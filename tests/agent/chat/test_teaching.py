@@ -6,7 +6,7 @@ from agent import events
 from agent.chat.teaching import name_taught, with_structure_before
 from agent.errors import UsageError
 from agent.figures.taught import taught_names
-from grounding.figures.library import VARIABLE, figure_named
+from grounding.figures.names import VARIABLE, figure_named
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 

@@ -6,7 +6,7 @@ import pytest
 
 from agent.cli.app import command_line
 from agent.errors import BAD_INPUT, DONE, USAGE
-from grounding.figures.library import VARIABLE, figure_names
+from grounding.figures.names import VARIABLE, figure_names
 
 SCENE = """\
 version: 1

@@ -9,7 +9,7 @@ from agent.errors import BadInput
 from agent.figures.examples import example_of_points, read_example
 from grounding.figures.figure import FigureError
 from grounding.figures.files import write_figure
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 
 ROOF = [(0.30, 0.2), (0.40, 0.1), (0.50, 0.0), (0.40, -0.1), (0.30, -0.2)]
 

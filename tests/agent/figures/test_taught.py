@@ -7,7 +7,7 @@ import pytest
 from agent.errors import UsageError
 from agent.figures.picture import picture
 from agent.figures.taught import checked_name, figure_said, forget, taught_names, teach
-from grounding.figures.library import VARIABLE, figure_named
+from grounding.figures.names import VARIABLE, figure_named
 from grounding.spec import StructureSpec
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from grounding.figures.figure import FigureError
 from grounding.figures.files import figure_text, read_figure, write_figure
-from grounding.figures.library import figure_named, figure_names
+from grounding.figures.names import figure_named, figure_names
 
 HEAD = 'name = "a shape"\nnouns = ["shape"]\nleast = 2\n'
 LINE = "strokes = [[[0, 0], [1, 0]]]\n"

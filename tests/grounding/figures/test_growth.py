@@ -3,7 +3,7 @@
 import pytest
 
 from grounding.figures.growth import FigureBlock, grown, levels_of, pattern_places, supports_of
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 
 
 def rows(blocks):

@@ -3,7 +3,7 @@
 import pytest
 
 from grounding.figures.figure import FigureError
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 
 
 def test_a_word_has_its_letters_side_by_side_on_one_line_and_of_one_height():

@@ -5,7 +5,7 @@ import pytest
 
 from grounding.figures.figure import Figure
 from grounding.figures.growth import supports_of
-from grounding.figures.library import figure_named, shipped_names
+from grounding.figures.names import figure_named, shipped_names
 from structdiffusion.benchmark.figure_classifier import NAMES, named
 from structdiffusion.benchmark.figure_examples import METHODS, copied, example_of
 from structdiffusion.benchmark.figure_families import COUNTS, FIGURE_FAMILIES, TRANSFERS, counts_of

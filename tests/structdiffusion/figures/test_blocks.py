@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grounding.figures.growth import supports_of
-from grounding.figures.library import figure_named, shipped_names
+from grounding.figures.names import figure_named, shipped_names
 from structdiffusion.figures.blocks import CLEAR, HOLD, places_along
 
 

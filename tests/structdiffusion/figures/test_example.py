@@ -7,7 +7,7 @@ import pytest
 
 from grounding.figures.figure import FigureError
 from grounding.figures.growth import supports_of
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 from structdiffusion.figures.blocks import places_along
 from structdiffusion.figures.curves import chamfer, moved, sampled
 from structdiffusion.figures.example import Example, figure_of, strokes_through

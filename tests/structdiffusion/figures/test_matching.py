@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from grounding.figures.library import figure_named
+from grounding.figures.names import figure_named
 from structdiffusion.figures.curves import moved
 from structdiffusion.figures.matching import evened, matched
 from structdiffusion.figures.strokes import places_of, variation

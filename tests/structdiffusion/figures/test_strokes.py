@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from grounding.figures.library import figure_named, shipped_names
+from grounding.figures.names import figure_named, shipped_names
 from structdiffusion.figures.curves import chamfer, sampled
 from structdiffusion.figures.strokes import places_of, variation
 

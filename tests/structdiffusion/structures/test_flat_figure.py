@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grounding.figures.library import figure_named, shipped_names
+from grounding.figures.names import figure_named, shipped_names
 from grounding.goals.parts import Order
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_FIGURE_OFF_DEGREES

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grounding.figures.growth import supports_of
-from grounding.figures.library import figure_named, shipped_names
+from grounding.figures.names import figure_named, shipped_names
 from grounding.spec import StructureSpec
 from structdiffusion.footprints import turned
 from structdiffusion.objects.blocks import block_objects

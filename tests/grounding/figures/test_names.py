@@ -7,7 +7,7 @@ import pytest
 
 from grounding.figures.figure import FigureError
 from grounding.figures.files import figure_text, write_figure
-from grounding.figures.library import (
+from grounding.figures.names import (
     LIBRARY,
     VARIABLE,
     figure_named,

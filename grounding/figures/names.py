@@ -18,6 +18,7 @@ from grounding.figures.figure import Figure, FigureError
 from grounding.figures.files import BYTES, read_figure
 from grounding.figures.words import WORD, written
 from grounding.untrusted_files import read_regular
+from grounding.user_folder import user_folder
 
 LIBRARY = Path(__file__).parent / "library"
 LIKE = "like "  # before the path of a figure's file, in place of a name
@@ -28,10 +29,8 @@ def taught_folder(environment: Mapping[str, str] = os.environ) -> Path | None:
     """Return the folder of the taught figures, beside the user's configuration file; `None` without a home folder."""
     if given := environment.get(VARIABLE):
         return Path(given).absolute()
-    base = environment.get("XDG_CONFIG_HOME", "")
-    if not os.path.isabs(base):  # empty or relative, which the XDG specification says to ignore
-        base = os.path.join(environment.get("HOME") or os.path.expanduser("~"), ".config")
-    return Path(base) / "structagent" / "structures" if os.path.isabs(base) else None
+    folder = user_folder(environment)
+    return None if folder is None else folder / "structures"
 
 
 def file_name(name: str) -> str:
