@@ -19,9 +19,9 @@ from agent.errors import NotBuildable, NoValidGoal, UsageError
 from agent.event_base import Event, Listener
 from agent.pipeline.candidates import filter_viable
 from agent.pipeline.event_builders import describe_aside, describe_shortfall, perceived_event
-from agent.pipeline.proposing import propose_arrangements, propose_goal, proposed_event
+from agent.pipeline.proposing import make_goal, propose_arrangements, propose_goal, proposed_event
 from agent.pipeline.resources import ResourceCache
-from agent.pipeline.run import RunOptions, make_goal
+from agent.pipeline.run import RunOptions
 from agent.pipeline.table_goal import (
     TableGoal,
     described_parts,

@@ -17,6 +17,8 @@ from structdiffusion.observation import Arrangement
 
 if TYPE_CHECKING:
     from agent.pipeline.table_goal import TableGoal
+    from grounding.parsers.sentence_encoder import SentenceEncoder
+    from grounding.spec import StructureSpec
     from structdiffusion.observation import ObjectCloud, Scene, StructureGoal
     from structdiffusion.planners.factory import Planner
     from structdiffusion.planners.goal_planner import GoalPlanner
@@ -120,6 +122,22 @@ def propose_goal(
     _check_nothing_on_top(part)
     arrangements = [Arrangement(each.goal_from_initial[touched], dict(each.scores)) for each in found]
     return proposed_event(model, part, arrangements, time.perf_counter() - began)
+
+
+def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> StructureGoal:
+    """Make the goal of a planner from slots, with a sentence in the words that sentence models were trained on.
+
+    People say the same in ways that move its embedding far: after "facing me" such a model left no ring open.
+
+    Args:
+        spec: the slots, in the world's frame.
+        encoder: embeds the sentence.
+    """
+    from grounding.corpus.grammar import sentences
+    from structdiffusion.observation import StructureGoal
+
+    words = sentences(spec)[0]
+    return StructureGoal(spec, words, encoder.encode([words])[0])
 
 
 def proposed_event(

@@ -79,9 +79,12 @@ class ResourceCache:
 
     def goal_planner(self, model: str, weights: Path | None, allow_unverified: bool = False) -> GoalPlanner:
         """Return the planner of goals of several parts that composes the proposals of a planner."""
+        from agent.pipeline.proposing import make_goal
         from structdiffusion.planners.goal_planner import GoalPlanner
 
-        return GoalPlanner(self.planner(model, weights, allow_unverified))
+        return GoalPlanner(
+            self.planner(model, weights, allow_unverified), lambda spec: make_goal(spec, self.encoder)
+        )
 
     def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
         """Return what is known of the files of a planner's networks, by network; the planner must have been checked

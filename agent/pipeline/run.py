@@ -28,7 +28,7 @@ from agent.pipeline.event_builders import (
 )
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.pipeline.laying_out import GoalLayouts, StructureLayouts
-from agent.pipeline.proposing import propose_arrangements, propose_goal
+from agent.pipeline.proposing import make_goal, propose_arrangements, propose_goal
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
     from grounding.goals.goal import Goal
     from grounding.interpretation import Interpretation
-    from grounding.parsers.sentence_encoder import SentenceEncoder
     from grounding.spec import StructureSpec
     from structdiffusion.observation import Arrangement, Scene, StructureGoal
 
@@ -285,19 +284,3 @@ class _Run:
             if isinstance(event, events.Pictured) and event.name == LAST_PICTURE:
                 self.step = "check"
             yield event
-
-
-def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> StructureGoal:
-    """Make the goal of a planner from slots, with a sentence in the words that sentence models were trained on.
-
-    People say the same in ways that move its embedding far: after "facing me" such a model left no ring open.
-
-    Args:
-        spec: the slots, in the world's frame.
-        encoder: embeds the sentence.
-    """
-    from grounding.corpus.grammar import sentences
-    from structdiffusion.observation import StructureGoal
-
-    words = sentences(spec)[0]
-    return StructureGoal(spec, words, encoder.encode([words])[0])

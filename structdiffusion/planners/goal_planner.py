@@ -6,7 +6,7 @@ the single objects go, all together; physics rollouts of the whole decide which 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 
@@ -15,14 +15,14 @@ import torch
 
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, StructurePart
-from grounding.spec import FIRST_SHAPES
+from grounding.spec import FIRST_SHAPES, StructureSpec
 from structdiffusion.composition.contradictions import require_consistent
 from structdiffusion.composition.items import TableState
 from structdiffusion.composition.placement import NoPlaceError, Placement, Placer, Unit
 from structdiffusion.composition.structure_blocks import StructureBlocks, StructurePlanner
 from structdiffusion.composition.units import Units
 from structdiffusion.observation import Scene, StructureGoal
-from structdiffusion.planners.diffusion import DiffusionPlanner, Preview
+from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.postprocessing.physics_reranking import steadiness
 from structdiffusion.postprocessing.physics_rollout import STACKED, PhysicsRollout
@@ -64,10 +64,14 @@ class GoalPlanner:
 
     Args:
         planner: proposes structures.
+        ask: makes the goal of `planner` from the slots of one structure: with a sentence, for planners that are
+            conditioned on it.
     """
 
-    def __init__(self, planner: StructurePlanner) -> None:
-        self.planner = planner
+    def __init__(
+        self, planner: StructurePlanner, ask: Callable[[StructureSpec], StructureGoal] = StructureGoal
+    ) -> None:
+        self.planner, self.ask = planner, ask
 
     def propose(
         self,
@@ -76,10 +80,7 @@ class GoalPlanner:
         *,
         count: int = 64,
         generator: torch.Generator,
-        sentence: str | None = None,
-        embedding: np.ndarray | None = None,
         colors: Sequence[str] | None = None,
-        preview: Preview | None = None,
     ) -> list[GoalArrangement]:
         """Propose arrangements, best first.
 
@@ -92,10 +93,7 @@ class GoalPlanner:
             count: how many arrangements of one plain structure are proposed. Of other goals there are as many as were
                 found.
             generator: the only source of randomness.
-            sentence: the instruction, and
-            embedding: (384,) its sentence embedding, for planners that are conditioned on it.
             colors: the name of each object's colour, for goals that group by it.
-            preview: called during the denoising of a plain structure, if the planner supports it.
 
         Raises:
             LayoutError: if these objects cannot do this on this table; one sentence says why.
@@ -105,8 +103,7 @@ class GoalPlanner:
             raise GoalError("the goal has no parts")
         resolved = require_indices(goal, len(scene.objects))
         if goal.plain_spec is not None and goal.plain_spec.shape in (None, *FIRST_SHAPES):
-            asked = StructureGoal(goal.plain_spec, sentence, embedding)
-            return self._plain(scene, resolved, asked, count, generator, preview)
+            return self._plain(scene, resolved, self.ask(goal.plain_spec), count, generator)
         bonds = bonds_of(resolved)
         names = [cloud.name for cloud in (*scene.objects, *scene.distractors)]
         require_consistent(resolved, bonds, names)
@@ -114,20 +111,13 @@ class GoalPlanner:
         return composer.arrangements(Units(resolved, bonds, composer.state), _without_physics(self.planner))
 
     def _plain(
-        self,
-        scene: Scene,
-        goal: Goal,
-        asked: StructureGoal,
-        count: int,
-        generator: torch.Generator,
-        preview: Preview | None,
+        self, scene: Scene, goal: Goal, asked: StructureGoal, count: int, generator: torch.Generator
     ) -> list[GoalArrangement]:
         part = goal.parts[0]
         assert isinstance(part, StructurePart)
         members: tuple[int, ...] = tuple(part.objects or ())  # type: ignore[assignment]
-        shown = {"preview": preview} if preview is not None and isinstance(self.planner, DiffusionPlanner) else {}
         flat = scene.on_the_table().select(members)
-        arrangements = self.planner.propose(flat, asked, count=count, generator=generator, **shown)
+        arrangements = self.planner.propose(flat, asked, count=count, generator=generator)
         proposed = []
         for arrangement in arrangements:
             motions = np.tile(np.eye(4), (len(scene.objects), 1, 1))

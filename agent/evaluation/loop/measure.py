@@ -17,11 +17,9 @@ from agent.evaluation.loop.config import LoopConfig
 from agent.evaluation.loop.rates import rates_of
 from agent.evaluation.planner_config import checked_names
 from agent.evaluation.rows import Row
-from agent.evaluation.scenes import SENTENCE_PLANNERS
 from agent.pipeline.candidates import checked_planner, is_viable
 from agent.pipeline.laying_out import GoalLayouts
 from agent.pipeline.proposing import propose_goal
-from agent.pipeline.run import make_goal
 from grounding.spec import SpecError
 from structdiffusion.benchmark.goal_names import LOOP_FAMILIES
 from structdiffusion.benchmark.goals import GoalScene
@@ -85,15 +83,11 @@ def _rows(config: LoopConfig, loaded: LoadedPlanners, scene: GoalScene, kinds: S
 
 def _proposed(config: LoopConfig, loaded: LoadedPlanners, scene: GoalScene) -> tuple[Scene, list[GoalArrangement]]:
     """Observe a scene, and return the observation and the arrangements that are worth a try, best first."""
-    observed, spec = scene.observed(), scene.goal.plain_spec
-    words = {}
-    if spec is not None and config.model in SENTENCE_PLANNERS:
-        asked = make_goal(spec, loaded.cache.encoder)
-        words = {"sentence": asked.sentence, "embedding": asked.embedding}
+    observed = scene.observed()
     generator = torch.Generator().manual_seed(scene.planning_seed)
     try:
         found = loaded.planner(config.model, config).propose(
-            observed, scene.goal, count=config.candidates, generator=generator, colors=scene.colors, **words
+            observed, scene.goal, count=config.candidates, generator=generator, colors=scene.colors
         )
     except (LayoutError, SpecError):
         found = []

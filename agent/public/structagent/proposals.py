@@ -289,8 +289,7 @@ def _arranged(
     cache: ResourceCache, planner: Planner, model: str, scene: Scene, goal: SceneGoal, count: int, seed: int
 ) -> Sequence[Arrangement]:
     """Return the arrangements as the pipeline ranks them, best first."""
-    from agent.pipeline.proposing import propose_arrangements
-    from agent.pipeline.run import make_goal
+    from agent.pipeline.proposing import make_goal, propose_arrangements
 
     observed, encoded = scene.observation(goal.members), make_goal(goal.spec, cache.encoder)
     return propose_arrangements(planner, model, observed, encoded, seed, count=count).arrangements

@@ -10,6 +10,7 @@ from agent.errors import PartlyDone
 from agent.pipeline.building import build_with_arm
 from agent.pipeline.laying_out import GoalLayouts, StructureLayouts
 from agent.pipeline.proposing import propose_arrangements, propose_goal
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.table_goal import TableGoal
 from agent.reporting.event_schema import payload_error
 from agent.reporting.event_text import arm_sentence, verdict_sentence
@@ -125,6 +126,20 @@ def test_parts_that_hold_stay_as_they_are(seen):
         x, y = places(arrangement, [3])[0] - LINE[0, :2, 3]
         assert y > abs(x)
     assert layouts.concerns(names[0]) and not layouts.concerns("something 1")
+
+
+def test_the_sentence_model_lays_out_the_one_structure_that_is_left(seen):
+    """What was placed by a relation stands already: the sentence of the line alone is the model's condition."""
+    names = tuple(cloud.name for cloud in seen.objects)
+    beside = RelationPart("left of", objects=(3,), reference=(0,))
+    wanted = TableGoal(Goal((StructurePart("line", objects=(1, 2)), beside)), names, START)
+    planner = ResourceCache().goal_planner("diffusion", None)
+    layouts = GoalLayouts(wanted, lambda scene, goal: propose_goal(planner, "diffusion", scene, goal, 0, count=8))
+    rest = remainder(seen, {0, 3})
+    found = layouts.lay_out(rest)
+    assert found
+    for arrangement in found:
+        np.testing.assert_allclose(arrangement.goal_from_initial[[0, 3]], rest.now_from_initial[[0, 3]])
 
 
 @pytest.fixture(scope="module")
