@@ -89,9 +89,7 @@ def load_rows(path: str | Path) -> list[Row]:
     """
     rows = [_row(line, where) for where, line in read_lines(path)]
     if not rows:
-        raise BenchmarkError(
-            f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse"
-        )
+        raise BenchmarkError(f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse")
     return rows
 
 
@@ -120,18 +118,14 @@ def _row(line: str, where: str) -> Row:
     except (ValueError, RecursionError) as error:
         raise BenchmarkError(f"{where} is not valid JSON: {error}") from error
     if not isinstance(entry, dict) or not isinstance(entry.get("text"), str):
-        raise BenchmarkError(
-            f"{where} has no text; a row is a JSON object with text, {', '.join(SLOTS)} and refuse"
-        )
+        raise BenchmarkError(f"{where} has no text; a row is a JSON object with text, {', '.join(SLOTS)} and refuse")
     refuse = entry.get("refuse", False)
     if not isinstance(refuse, bool):
         raise BenchmarkError(f"{where}: refuse must be true or false, not {refuse!r}")
     scene, objects = entry.get("scene", []), entry.get("objects")
     if not isinstance(scene, list) or not all(isinstance(name, str) for name in scene):
         raise BenchmarkError(f"{where}: scene must be a list of names, not {scene!r}")
-    if objects is not None and not (
-        isinstance(objects, list) and all(i in range(len(scene)) for i in objects)
-    ):
+    if objects is not None and not (isinstance(objects, list) and all(i in range(len(scene)) for i in objects)):
         raise BenchmarkError(f"{where}: objects must be indices below {len(scene)}, not {objects!r}")
     return Row(
         entry["text"],
@@ -151,9 +145,7 @@ def _values(entry: Mapping[str, Any], slot: str, where: str) -> tuple[str | None
             legal = ", ".join(LEGAL_VALUES[slot])
             raise BenchmarkError(f"{where}: {slot} cannot be {value!r}; legal values: {legal}, null")
     if not values:
-        raise BenchmarkError(
-            f"{where}: {slot} lists no acceptable value; legal: {', '.join(LEGAL_VALUES[slot])}, null"
-        )
+        raise BenchmarkError(f"{where}: {slot} lists no acceptable value; legal: {', '.join(LEGAL_VALUES[slot])}, null")
     return tuple(values)
 
 
@@ -173,7 +165,11 @@ def five_slots(parse: Parse, status: str, goal: Goal, choices: Sequence[Goal] = 
     """
     if status == "ok" and goal.parts:
         spec = _slots_of(goal)
-        return replace(parse, status="refused", spec=StructureSpec()) if spec is None else replace(parse, status="ok", spec=spec)
+        return (
+            replace(parse, status="refused", spec=StructureSpec())
+            if spec is None
+            else replace(parse, status="ok", spec=spec)
+        )
     if status == "refused" or (status == "ask" and choices and all(_slots_of(one) is None for one in choices)):
         return replace(parse, status="refused", spec=StructureSpec())
     return replace(parse, status=status)
@@ -241,8 +237,7 @@ def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
     return {
         "exact": rate(sum(is_exact(row, parse) for row, parse in pairs), len(pairs)),
         "slots": {
-            slot: rate(sum(spec[slot] in row.acceptable[slot] for row, _, spec in read), len(read))
-            for slot in SLOTS
+            slot: rate(sum(spec[slot] in row.acceptable[slot] for row, _, spec in read), len(read)) for slot in SLOTS
         },
         "false_fills": rate(sum(must_stay_open), len(must_stay_open)),
         "refusal": {"precision": rate(rightly, refused), "recall": rate(rightly, must_refuse)},
@@ -267,9 +262,7 @@ def _calibration_error(read: Iterable[tuple[Row, Parse, Mapping[str, str | None]
     return sum(abs(sum(c for c, _ in entries) - sum(r for _, r in entries)) for entries in bins) / n
 
 
-def _confusion(
-    slot: str, read: Iterable[tuple[Row, Parse, Mapping[str, str | None]]]
-) -> dict[str, dict[str, int]]:
+def _confusion(slot: str, read: Iterable[tuple[Row, Parse, Mapping[str, str | None]]]) -> dict[str, dict[str, int]]:
     """Count truth -> answer; where several values are right, the answer counts as the truth if it is one of them."""
     read = list(read)
     present = {value for row, _, spec in read for value in (spec[slot], *row.acceptable[slot])}

@@ -42,7 +42,10 @@ def judged(
     pairs = [_pair(text, each, objects or (), before) for each in ones]
     return [
         Candidate(
-            one, found.logit, _lost_words(pair.words[pair.first : pair.end], found), float(found.lost.max(initial=0.0)),
+            one,
+            found.logit,
+            _lost_words(pair.words[pair.first : pair.end], found),
+            float(found.lost.max(initial=0.0)),
             _agreement(parse, one),
         )
         for one, pair, found in zip(ones, pairs, verifier.judge(pairs), strict=True)
@@ -95,13 +98,21 @@ def _with_slots(parse: Parse, proposals: Sequence[Proposal]) -> Proposal | None:
     are the same.
     """
     one = next((each for each in proposals if _plain(each.goal) is not None), None)
-    if one is None or one.goal is None or one.worded is None or parse.status == "refused" or _plain(one.goal) == parse.spec:
+    if (
+        one is None
+        or one.goal is None
+        or one.worded is None
+        or parse.status == "refused"
+        or _plain(one.goal) == parse.spec
+    ):
         return None
     try:
         goal = Goal((StructurePart.of(parse.spec, one.goal.parts[0].objects),))  # type: ignore[arg-type]
     except SpecError:
         return None
-    parts = tuple({"kind": "structure", "objects": part["objects"], **parse.spec.to_dict()} for part in one.worded.parts)
+    parts = tuple(
+        {"kind": "structure", "objects": part["objects"], **parse.spec.to_dict()} for part in one.worded.parts
+    )
     return replace(one, goal=goal, worded=replace(one.worded, parts=parts))
 
 

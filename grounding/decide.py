@@ -100,7 +100,10 @@ def features(candidates: Sequence[Candidate], number: int, known: Circumstances)
 
 
 def decide(
-    candidates: Sequence[Candidate], proposals: Sequence[Proposal], weights: Sequence[float], follows: bool = False,
+    candidates: Sequence[Candidate],
+    proposals: Sequence[Proposal],
+    weights: Sequence[float],
+    follows: bool = False,
     scene: bool = True,
 ) -> Decision:
     """Decide about a text.
@@ -141,8 +144,11 @@ def decide(
         return Decision("ask", Candidate(doubt), (), 0.0, nothing)
     unclear = likeliest is not None and likeliest.answer == "unclear"  # a question helps
     if not follows and (shapeless := _shapeless(candidates, proposals)) is not None:
-        return Decision("ok", shapeless, (), 0.0, nothing)  # "put the cups": which shape, is asked where a goal has none
-    goals = (candidates[number].proposal.goal for number in order if (unclear and not follows) or shares[number] >= OFFER)
+        # "put the cups": which shape, is asked where a goal has none
+        return Decision("ok", shapeless, (), 0.0, nothing)
+    goals = (
+        candidates[number].proposal.goal for number in order if (unclear and not follows) or shares[number] >= OFFER
+    )
     offered = tuple(goal for goal in goals if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0
     # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs little.
@@ -167,5 +173,3 @@ def _logit(share: float) -> float:
 
 def _sigmoid(value: float) -> float:
     return 1.0 / (1.0 + math.exp(-max(min(value, 60.0), -60.0)))
-
-

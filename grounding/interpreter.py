@@ -226,9 +226,7 @@ class Interpreter:
             found.append(_Said(text, said, parse, worded, before, reply=reply, fallback=fallback))
         return found
 
-    def _asked(
-        self, text: str, objects: Sequence[SceneObject] | None, context: Asked
-    ) -> tuple[ModelReply | None, str]:
+    def _asked(self, text: str, objects: Sequence[SceneObject] | None, context: Asked) -> tuple[ModelReply | None, str]:
         """Return what a language model makes of a text, and why the default reader reads it instead, or ""."""
         from grounding.parsers.llm_reply import IllegalReplyError, LLMError
 
@@ -257,7 +255,8 @@ class Interpreter:
             return f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}"
         if self._make_model is not None and not self._unusable:
             return ""  # it may know the language
-        figures = [one for one in mentions_of(text, None) if is_shape(one.name)]  # their names may be words of no language
+        # Their names may be words of no language
+        figures = [one for one in mentions_of(text, None) if is_shape(one.name)]
         language = foreign_language(StandIns.of(text, figures).text, partial(self._mended, text))
         said = "say it in English, the only language that is understood"
         return f"{shortened(text)!r} seems to be in {language}: {said}" if language else ""
@@ -300,9 +299,7 @@ class Interpreter:
         placed = verdicts.of_choice(replace(chosen, proposal=proposal))
         return replace(placed, _among=partial(self._placed, found, said, chosen))
 
-    def _with_objects(
-        self, goal: Goal | None, said: _Said, objects: Sequence[SceneObject] | None
-    ) -> Proposal | None:
+    def _with_objects(self, goal: Goal | None, said: _Said, objects: Sequence[SceneObject] | None) -> Proposal | None:
         """Return a language model's goal as a proposal; words for objects are looked up where something is there."""
         if goal is None:
             return None
@@ -358,7 +355,9 @@ def _phrases(one: Proposal) -> tuple[str, ...]:
 
 
 def _unused(named: Sequence[NamedObjects], said: _Said, one: Proposal) -> tuple[str, ...]:
-    return () if one.goal is None else unused(named, one.goal, said.before, () if one.worded is None else one.worded.kept)
+    return (
+        () if one.goal is None else unused(named, one.goal, said.before, () if one.worded is None else one.worded.kept)
+    )
 
 
 def _lost_numbers(said: _Said, one: Proposal) -> tuple[str, ...]:

@@ -149,9 +149,7 @@ def decide(
 def make_legal(answers: Mapping[str, str | None], certainty: Mapping[str, float]) -> dict[str, str | None]:
     """Drop answers that exclude each other: the less certain gives way, a shape last."""
     kept = dict(answers)
-    illegal = [
-        slot for slot in SLOTS[1:] if kept[slot] is not None and slot not in SLOTS_OF_SHAPE[kept["shape"]]
-    ]
+    illegal = [slot for slot in SLOTS[1:] if kept[slot] is not None and slot not in SLOTS_OF_SHAPE[kept["shape"]]]
     if any(certainty["shape"] + SHAPE_PREFERENCE < certainty[slot] for slot in illegal):
         kept["shape"] = None
     else:

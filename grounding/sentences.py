@@ -94,7 +94,11 @@ def _help(names: Sequence[str] | None) -> str:
     if names is None or not all(names):
         return "say what should go where, as 'stack the cans on the left'"
     if len(here) < 2:
-        return f"say where it should stand, as {f'put {worded_objects(here, names)} on the left'!r}" if here else "there is nothing here"
+        return (
+            f"say where it should stand, as {f'put {worded_objects(here, names)} on the left'!r}"
+            if here
+            else "there is nothing here"
+        )
     return f"say what should go where, as {f'put {worded_objects(here[:1], names)} next to {worded_objects(here[-1:], names)}'!r}"
 
 

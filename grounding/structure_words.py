@@ -184,7 +184,9 @@ def _words_of_figure(figure: Figure) -> StructureWords:
     return StructureWords(
         name=figure.name,
         number=0,
-        slots=("x_position", "y_position", "rotation") if figure.stacked else ("size", "x_position", "y_position", "rotation"),
+        slots=("x_position", "y_position", "rotation")
+        if figure.stacked
+        else ("size", "x_position", "y_position", "rotation"),
         least=figure.legal[0],
         words=Words(nouns=figure.nouns),
         grammar=Grammar(figure.nouns, ()),

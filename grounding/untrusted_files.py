@@ -110,5 +110,7 @@ def check_weights(path: Path, most: int = WEIGHTS_BYTES) -> None:
     except UnicodeDecodeError as error:
         raise ValueError("its header is no text") from error
     if not isinstance(tensors, dict) or len(tensors) > TENSORS:
-        what = f"lists {len(tensors)} tensors; at most {TENSORS} are read" if isinstance(tensors, dict) else "is no object"
+        what = (
+            f"lists {len(tensors)} tensors; at most {TENSORS} are read" if isinstance(tensors, dict) else "is no object"
+        )
         raise ValueError(f"its header {what}")

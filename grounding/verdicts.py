@@ -78,7 +78,9 @@ class Verdicts:
             reply: of the model.
             proposal: its goal with the objects found; `None` where it has none.
         """
-        parse = replace(self.parse, parser="llm", confidence={}, evidence={}, dropped={}, status="ok", message="", question=None)
+        parse = replace(
+            self.parse, parser="llm", confidence={}, evidence={}, dropped={}, status="ok", message="", question=None
+        )
         self = replace(self, parse=parse)
         if proposal is not None:
             found = self.of_choice(Candidate(proposal))
@@ -89,7 +91,9 @@ class Verdicts:
             question = Question(GOAL, reply.question, tuple(options))
             return self._asked(question, goals if len(goals) == len(options) else ())
         nothing = reply.decision == NONE
-        message = reply.reason or f"the language model finds {'nothing to build' if nothing else 'that it cannot be built'}"
+        message = (
+            reply.reason or f"the language model finds {'nothing to build' if nothing else 'that it cannot be built'}"
+        )
         return self.refused(message, nothing=nothing)
 
     def refused(self, message: str, **more: Any) -> Interpretation:
@@ -119,7 +123,13 @@ class Verdicts:
         return self._made(**built, objects=objects, selection=selection, named=proposal.nouns, words=proposal.nouns)
 
     def _made(self, **values: Any) -> Interpretation:
-        fields = {"parse": self.parse, "viewpoint": self.viewpoint, "seconds": 0.0, "spec": StructureSpec(), "objects": None}
+        fields = {
+            "parse": self.parse,
+            "viewpoint": self.viewpoint,
+            "seconds": 0.0,
+            "spec": StructureSpec(),
+            "objects": None,
+        }
         return Interpretation(**(fields | self.common | values))
 
     def _in_world(self, goal: Goal) -> Goal:

@@ -37,9 +37,7 @@ class Table:
     def overhang(self, points_xy: np.ndarray) -> float:
         """Return how far, in metres, the points (P, 2) reach beyond the edge; 0 if all lie on the table."""
         low, high = points_xy.min(axis=0), points_xy.max(axis=0)
-        return float(
-            max(0.0, self.x_min - low[0], self.y_min - low[1], high[0] - self.x_max, high[1] - self.y_max)
-        )
+        return float(max(0.0, self.x_min - low[0], self.y_min - low[1], high[0] - self.x_max, high[1] - self.y_max))
 
 
 @dataclass(frozen=True)

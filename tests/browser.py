@@ -156,7 +156,9 @@ def installed_browser() -> str:
 def running_browser(folder: Path) -> Iterator[Browser]:
     """Run a browser with a profile of its own in `folder`; skip the test where there is none."""
     process = subprocess.Popen(
-        [installed_browser(), *_OPTIONS, f"--user-data-dir={folder}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [installed_browser(), *_OPTIONS, f"--user-data-dir={folder}"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
     try:
         yield Browser(_port_of(folder, process))

@@ -50,7 +50,9 @@ class Command(NamedTuple):
 
 def commands_of(text: str) -> list[Command]:
     """Every structagent command of a document; alternatives one by one."""
-    lines = [line for kind, block in FENCED.findall(text) if kind == "sh" for line in block.replace("\\\n", " ").splitlines()]
+    lines = [
+        line for kind, block in FENCED.findall(text) if kind == "sh" for line in block.replace("\\\n", " ").splitlines()
+    ]
     found = []
     for line, complete in [(line, True) for line in lines] + [(code, False) for code in inline_code(text)]:
         # The words of the shell that come after the command are not its own.
@@ -64,7 +66,9 @@ def expanded(words: list[str]) -> list[list[str]]:
     """The words with each alternative of "a|b" in its place."""
     for place, word in enumerate(words):
         if ALTERNATIVES.fullmatch(word):
-            return [variant for one in word.split("|") for variant in expanded([*words[:place], one, *words[place + 1 :]])]
+            return [
+                variant for one in word.split("|") for variant in expanded([*words[:place], one, *words[place + 1 :]])
+            ]
     return [words]
 
 
@@ -91,7 +95,9 @@ def parse(words: list[str], complete: bool) -> None:
         if command is None:
             raise LookupError(f"there is no command {asked!r}")
         named_only = hasattr(command, "resolve_command") or not (complete or arguments)
-        context = command.make_context(name, [] if named_only else list(arguments), parent=context, resilient_parsing=named_only)
+        context = command.make_context(
+            name, [] if named_only else list(arguments), parent=context, resilient_parsing=named_only
+        )
     if arguments and hasattr(command, "resolve_command"):
         command.make_context(context.info_name, arguments, parent=context.parent)
 
@@ -197,7 +203,9 @@ def anchors(text: str) -> set[str]:
     found: set[str] = set()
     for heading in re.findall(r"^#{1,6} (.+)$", without_fences(text), re.MULTILINE):
         words = re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
-        number = sum(anchor == words or re.fullmatch(rf"{re.escape(words)}-\d+", anchor) is not None for anchor in found)
+        number = sum(
+            anchor == words or re.fullmatch(rf"{re.escape(words)}-\d+", anchor) is not None for anchor in found
+        )
         found.add(f"{words}-{number}" if number else words)
     return found
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-WORDS = '''\
+WORDS = """\
 name = "zigzag"
 number = 13
 slots = ["size", "x_position", "y_position"]
@@ -28,7 +28,7 @@ actions = ["zigzag the {objects}{size}{where}"]
 [phrases]
 noun = ["zigzag", "sawtooth"]
 action = ["arrange {o} in a zigzag"]
-'''
+"""
 STRUCTURE = '''\
 """The zigzag: objects in turn before and behind a line."""
 
@@ -92,21 +92,30 @@ def copy(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("copy")
     for package in ("agent", "grounding", "structdiffusion", "prompts"):
         shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("weights", "__pycache__"))
-    for weights in (each for package in ("agent", "grounding", "structdiffusion") for each in (ROOT / package).rglob("weights")):
+    for weights in (
+        each for package in ("agent", "grounding", "structdiffusion") for each in (ROOT / package).rglob("weights")
+    ):
         (folder / weights.relative_to(ROOT)).symlink_to(weights)
     (folder / "tests").symlink_to(ROOT / "tests")
     (folder / "grounding/structures/zigzag.toml").write_text(WORDS)
     (folder / "structdiffusion/structures/zigzag.py").write_text(STRUCTURE)
     registry = folder / "structdiffusion/structures/__init__.py"
     text = registry.read_text().replace("Cross(), Pyramid(),", "Cross(), Pyramid(), Zigzag(),")
-    registry.write_text(text.replace("# In the order of", "from structdiffusion.structures.zigzag import Zigzag\n\n# In the order of"))
+    registry.write_text(
+        text.replace("# In the order of", "from structdiffusion.structures.zigzag import Zigzag\n\n# In the order of")
+    )
     return folder
 
 
 def answer(copy: Path, script: str) -> str:
     path = os.pathsep.join((str(copy), str(copy / "agent" / "public")))
     found = subprocess.run(
-        [sys.executable, "-c", script], cwd=copy, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True, timeout=600
+        [sys.executable, "-c", script],
+        cwd=copy,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=600,
     )
     assert found.returncode == 0, found.stderr
     return found.stdout

@@ -145,9 +145,7 @@ def arm_model(name: str) -> ArmModel:
         limits("effort"),
         np.array(_FOLDED[name]),
         tuple(
-            Joint(
-                joint.get("name"), joint.find("parent").get("link"), joint.find("child").get("link"), _origin(joint)
-            )
+            Joint(joint.get("name"), joint.find("parent").get("link"), joint.find("child").get("link"), _origin(joint))
             for joint in root.iter("joint")
         ),
         tuple(_solid(link.get("name"), shape) for link in root.iter("link") for shape in link.iter("collision")),

@@ -19,7 +19,8 @@ CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 HALTING_SECONDS = 0.2
 THIRD_FINGER_SECONDS = 0.3  # that the third finger gets after both sides touch
 SQUEEZE = np.array([0.0, 0.2, 0.2])  # rad beyond contact that the motors of the thumb and fingers 2 and 3 aim for
-LOCKED = 10.0  # Nm: the screw that drives a finger cannot be driven back, so the thumb holds more than its motor's effort
+# Nm: the screw that drives a finger cannot be driven back, so the thumb holds more than its motor's effort
+LOCKED = 10.0
 SQUEEZING_SECONDS = 0.6
 # The share of a finger's torque that its tip gets: one motor drives both, so a tip folds where the rest is stopped. What is
 # touched nearer to the joint of the tip than 0.4 / 0.6 of the lower half's 44 mm makes it fold.

@@ -176,9 +176,7 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
                 yield Grasp(turned, float(fitted.width[k]), *angles, kind, float(quality[k]))
 
 
-def _contacts(
-    local: np.ndarray, top: float, depths: Sequence[float]
-) -> tuple[Contacts, np.ndarray, np.ndarray] | None:
+def _contacts(local: np.ndarray, top: float, depths: Sequence[float]) -> tuple[Contacts, np.ndarray, np.ndarray] | None:
     """Return where hands may come down on a cloud (P, 3) of across, along and height; `None` if nowhere.
 
     With them two (B,): how far along each is off the middle, and whether the object is narrow there.

@@ -83,9 +83,7 @@ class Kinematics:
         turn = _rotation_vector(targets[:, :3, :3] @ poses[:, :3, :3].transpose(0, 2, 1))
         return np.linalg.norm(targets[:, :3, 3] - poses[:, :3, 3], axis=1), np.linalg.norm(turn, axis=1)
 
-    def inverse(
-        self, targets: np.ndarray, seeds: np.ndarray, iterations: int = 60
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def inverse(self, targets: np.ndarray, seeds: np.ndarray, iterations: int = 60) -> tuple[np.ndarray, np.ndarray]:
         """Find joint angles that bring the hand to each target: damped least squares on the Jacobian.
 
         Args:
@@ -239,9 +237,7 @@ class JacoArm:
         if fingers is not None:
             joints += self.fingers + self.tips
             values += [[angle] for angle in fingers] + [[0.0]] * 3
-        pybullet.resetJointStatesMultiDof(
-            self.body, joints, values, [[0.0]] * len(joints), physicsClientId=self.client
-        )
+        pybullet.resetJointStatesMultiDof(self.body, joints, values, [[0.0]] * len(joints), physicsClientId=self.client)
         self.command(q)
         if fingers is not None:
             self.command_fingers(fingers)

@@ -57,9 +57,7 @@ def solid_hull(points: np.ndarray, support: float = 0.0) -> np.ndarray:
         # Extreme points in 60 directions: a hull as good for planning, and much faster to check.
         golden = np.arange(60) + 0.5
         polar, turn = np.arccos(1 - 2 * golden / 60), math.pi * (1 + math.sqrt(5)) * golden
-        directions = np.stack(
-            (np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)), axis=1
-        )
+        directions = np.stack((np.cos(turn) * np.sin(polar), np.sin(turn) * np.sin(polar), np.cos(polar)), axis=1)
         vertices = vertices[np.unique((directions @ vertices.T).argmax(axis=1))]
     return vertices
 
@@ -154,7 +152,9 @@ class PlanningScene:
 
     def _let_hand_touch(self, body: int, allowed: bool) -> None:
         for link in (self.arm.hand, self.arm.end_effector, *self.arm.finger_links):
-            pybullet.setCollisionFilterPair(body, self.arm.body, -1, link, int(not allowed), physicsClientId=self.client)
+            pybullet.setCollisionFilterPair(
+                body, self.arm.body, -1, link, int(not allowed), physicsClientId=self.client
+            )
 
     def collides(
         self, q: np.ndarray, clearance: float = CLEARANCE, floor: float | None = None, only_floor: bool = False
@@ -252,7 +252,9 @@ class PlanningScene:
             path = self._search(start, goal, step, checks, overlap)
             if path is not None and self._holds_finely(path, overlap):
                 found = path
-                if not any(self.collides(q, -overlap) for q in trajectory(path, ROUNDED_STEP, self.kinematics.model.velocity)):
+                if not any(
+                    self.collides(q, -overlap) for q in trajectory(path, ROUNDED_STEP, self.kinematics.model.velocity)
+                ):
                     return path
         return found
 

@@ -316,8 +316,18 @@ class ObjectPlanner:
         fold = interpolate(fold, 1.0)
         return (
             ObjectPlan(
-                index, grasp, reach, back[::-1], lift, transfer, lower, retreat, fold, pair.goal_motion,
-                standing.spun, release=0.0 if grasp.slides else release,
+                index,
+                grasp,
+                reach,
+                back[::-1],
+                lift,
+                transfer,
+                lower,
+                retreat,
+                fold,
+                pair.goal_motion,
+                standing.spun,
+                release=0.0 if grasp.slides else release,
             ),
             "",
         )

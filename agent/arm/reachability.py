@@ -172,9 +172,7 @@ class Reachability:
             picks += [Pick(grasp, q[row]) for row in kept]
         return picks
 
-    def _pairs(
-        self, standing: Standing, picks: list[Pick], goal_from_now: np.ndarray, release: float
-    ) -> list[Pair]:
+    def _pairs(self, standing: Standing, picks: list[Pick], goal_from_now: np.ndarray, release: float) -> list[Pair]:
         """Return the picks with which the object can be released at its goal, best first."""
         if not picks:
             return []

@@ -129,8 +129,7 @@ class Tracker:
         return list(self.tracks)
 
     def may_be_rolled(self, index: int, on_head: bool) -> bool:
-        """Return whether an object that the last picture shows upright looks about the same on its side, or on its head.
-        """
+        """Return whether an object that the last picture shows upright looks about the same on its side, or on its head."""
         shape, sight = self.shapes[index], self._sight
         pose = self.tracks[index].now_from_initial @ shape.world_from_shape
         among = np.zeros(len(sight.points), dtype=bool)
@@ -144,7 +143,10 @@ class Tracker:
             (first,) = fit_together(sight, [shape], [start], [FREE], among)
             (lying,) = fit_together(sight, [shape], [first.world_from_shape], [FREE], among)
             cost = self._cost(index, lying, len(own))
-            if _is_rolled(lying.world_from_shape, on_head) and cost < self._cost(index, upright, len(own)) + UPRIGHT_BONUS:
+            if (
+                _is_rolled(lying.world_from_shape, on_head)
+                and cost < self._cost(index, upright, len(own)) + UPRIGHT_BONUS
+            ):
                 return True
         return False
 

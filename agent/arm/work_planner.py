@@ -93,9 +93,7 @@ class WorkPlanner(WorkLeft):
         """Return whether a similar grasp of an object failed before."""
         return any(alike(grasp, other, self._eyes.solid(index)) for other in self._avoided(index))
 
-    def plan_one(
-        self, index: int, target: np.ndarray | None, start: np.ndarray
-    ) -> tuple[ObjectPlan | None, str]:
+    def plan_one(self, index: int, target: np.ndarray | None, start: np.ndarray) -> tuple[ObjectPlan | None, str]:
         """Return a plan for one object from where everything is now, or `None` and the reason.
 
         Args:

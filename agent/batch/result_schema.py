@@ -124,7 +124,11 @@ def _illegal_goal(entry: Mapping[str, Any]) -> str | None:
     for slot, value in (entry["spec"] or {}).items():
         if slot not in LEGAL_VALUES:
             return f"spec cannot have {slot[:40]!r}; legal: {', '.join(LEGAL_VALUES)}"
-        if value is not None and value not in LEGAL_VALUES[slot] and not (slot == "shape" and isinstance(value, str) and is_shape(value)):
+        if (
+            value is not None
+            and value not in LEGAL_VALUES[slot]
+            and not (slot == "shape" and isinstance(value, str) and is_shape(value))
+        ):
             return f"spec.{slot} must be one of {', '.join(LEGAL_VALUES[slot])}, or null"
     try:
         if entry.get("goal") is not None:

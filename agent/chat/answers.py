@@ -130,7 +130,11 @@ def _where(act: Act, known: Knowledge) -> str:
 def _shape_asked_for(words: str) -> str:
     """Return the shape or the figure that the words name, in the singular; empty if they name none."""
     shape = " ".join(singular(word) for word in words.split())
-    return shape if shape in SHAPES else next((name for name, nouns in figure_nouns().items() if shape in (name, *nouns)), "")
+    return (
+        shape
+        if shape in SHAPES
+        else next((name for name, nouns in figure_nouns().items() if shape in (name, *nouns)), "")
+    )
 
 
 def _with_articles(shapes: Sequence[str]) -> str:

@@ -84,7 +84,9 @@ class BuildSession(ProposalSession):
         several = proposal.several
         rules = PlacementRules() if several is None else several.placement_rules(proposal.scene)
         arrangements = proposal.arrangements_to_try[:1]
-        for event in plan_structure(proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules, hold=hold):
+        for event in plan_structure(
+            proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules, hold=hold
+        ):
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(
@@ -141,7 +143,9 @@ class BuildSession(ProposalSession):
 
         with self._turn.part("build"):
             if not self.options.execute:
-                self._forward(release_in_physics(self.table, proposal.scene, proposal.wanted, proposal.arrangements_to_try[0]))
+                self._forward(
+                    release_in_physics(self.table, proposal.scene, proposal.wanted, proposal.arrangements_to_try[0])
+                )
             else:
                 names = [cloud.name for cloud in proposal.scene.objects]
                 first = () if steering is None else [names.index(one) for one in steering.first if one in names]

@@ -68,7 +68,9 @@ class CommandRunner:
         """Build the proposed arrangement and show the table afterwards."""
         self._screen.busy("looking for a plan")
         talk = self._conversation
-        steering = Steering(talk, self._said()) if talk.options.execute and talk.situation.proposal is not None else None
+        steering = (
+            Steering(talk, self._said()) if talk.options.execute and talk.situation.proposal is not None else None
+        )
         talk.go(self._on_step, steering=steering)
         self.later += [] if steering is None else steering.rest()
         if self._conversation.options.execute:  # without the arm the table is unchanged, and the trial was shown

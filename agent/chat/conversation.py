@@ -129,7 +129,9 @@ class Conversation(BuildSession):
         self.send(self.parsed(situation, outcome, time.perf_counter() - began))
         self._propose(situation)
 
-    def parsed(self, situation: Situation, outcome: Outcome, seconds: float, before: Goal | None = None) -> events.Parsed:
+    def parsed(
+        self, situation: Situation, outcome: Outcome, seconds: float, before: Goal | None = None
+    ) -> events.Parsed:
         """Return the event of what was understood: the slots of one structure, or a line for each part.
 
         Args:
@@ -212,7 +214,10 @@ class Conversation(BuildSession):
         seen, arranged = (*scene.objects, *scene.distractors), not self.source.catalogue
         figure, path = teach(name, lambda said: figure_at_hand(self.situation, seen, arranged, said))
         said = with_article(figure.name)
-        lines = [*picture(figure), f"From now on this is {said}, of {figure.legal_numbers()} objects; it is kept in {path}."]
+        lines = [
+            *picture(figure),
+            f"From now on this is {said}, of {figure.legal_numbers()} objects; it is kept in {path}.",
+        ]
         self.send(events.Answered(line, "\n".join(lines)))
         return True
 

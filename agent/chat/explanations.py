@@ -147,7 +147,9 @@ def timeline_row(turn: TimelineTurn, left: Situation, is_present: bool) -> tuple
         left: the situation in which it was left.
         is_present: whether it is the present turn.
     """
-    states = ("built" if left.built else "proposed" if left.proposal is not None else "not built",) if left.asked else ()
+    states = (
+        ("built" if left.built else "proposed" if left.proposal is not None else "not built",) if left.asked else ()
+    )
     state = ", ".join((*states, *(("a question is open",) if left.dialogue.question is not None else ())))
     after = "" if turn.after is None else f"after {turn.after}, branch {turn.branch}"
     return f"{'>' if is_present else ' '} {turn.number}", turn.line or "the start", state, after

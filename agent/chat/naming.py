@@ -75,8 +75,7 @@ def _naming(found: re.Match[str], is_called: bool) -> Naming | None:
     if head not in KINDS and not is_called and found["article"] not in ("a", "an"):
         return None  # "object 3 is wobbly", "objects 2 and 4 are the ends"
     numbers = [
-        int(word) if word.isdecimal() else _COUNTED.index(word) + 1
-        for word in re.findall(_NUMBER, found["numbers"])
+        int(word) if word.isdecimal() else _COUNTED.index(word) + 1 for word in re.findall(_NUMBER, found["numbers"])
     ]
     kind = singular(found["kind"].split()[-1])
     return Naming(tuple(dict.fromkeys(numbers)), "" if kind in _GENERAL else kind, " ".join((*words, head)))

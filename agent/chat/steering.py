@@ -201,7 +201,9 @@ class Steering:
         talk, state = self._talk, self._talk.situation.dialogue
         if any(part.relation in _FROM_WHERE_IT_WAS for part in self.built.goal.relations):
             self._later.append(line)
-            self._tell(line, "later", "what moves from where it stood cannot be changed half way: this is read after it")
+            self._tell(
+                line, "later", "what moves from where it stood cannot be changed half way: this is read after it"
+            )
             return
         if state.question is not None and bare_words(line) in NO:
             talk.take_up(decline(state))

@@ -106,9 +106,17 @@ def object_facts(seen: events.Perceived, viewpoint: str = "robot") -> list[Fact]
         words = [word for word in (color, *shapes[index]) if word and word not in _words(display_name)]
         facts.append(
             Fact(
-                one.name, one.category, ", ".join((display_name, *words)), color, one.position, sides[index],
-                place_in_words(one.position, seen.table, viewpoint), outlines[index], standing_on[index],
-                one.confidence, viewpoint,
+                one.name,
+                one.category,
+                ", ".join((display_name, *words)),
+                color,
+                one.position,
+                sides[index],
+                place_in_words(one.position, seen.table, viewpoint),
+                outlines[index],
+                standing_on[index],
+                one.confidence,
+                viewpoint,
             )  # fmt: skip
         )
     return facts

@@ -83,6 +83,8 @@ def with_structure_before(text: str, goal: Goal) -> str:
         return text
     shapes = {part.shape for part in goal.structures if part.shape is not None}
     if len(shapes) != 1:
-        raise UsageError("there is no structure before" if not shapes else f"which one is meant: {', '.join(sorted(shapes))}?")
+        raise UsageError(
+            "there is no structure before" if not shapes else f"which one is meant: {', '.join(sorted(shapes))}?"
+        )
     noun = words_of(shapes.pop()).words.nouns[0]
     return compared(_BEFORE.sub(with_indefinite_article(noun), text))

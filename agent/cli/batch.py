@@ -106,7 +106,9 @@ def batch(
 
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
-    defaults = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
+    defaults = RunOptions(
+        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value
+    )
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry, force)
         if json_output:

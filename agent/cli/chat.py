@@ -90,7 +90,9 @@ def chat(
         from agent.chat.run import run_chat
         from agent.pipeline.run import RunOptions
 
-        options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
+        options = RunOptions(
+            scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value
+        )
         session = folder / "session.jsonl"
         code = run_chat(options, console, session, sys.stdin, yes, viewer)
     print(f"session: {session}", file=sys.stderr)

@@ -163,7 +163,9 @@ def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
     if goal.question is not None:
         options = enumerate(goal.question.options, start=1)
         listed = (f"  {f'option {place}':<11} {one}" for place, one in options)
-        return "\n".join([*lines, f"  {'question':<11} {goal.message}", *(listed if goal.question.slot == GOAL else ())])
+        return "\n".join(
+            [*lines, f"  {'question':<11} {goal.message}", *(listed if goal.question.slot == GOAL else ())]
+        )
     several = bool(goal.goal.parts) and goal.goal.plain_spec is None
     if several:
         lines += [

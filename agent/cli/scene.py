@@ -71,9 +71,7 @@ def show(file: FileArgument, json_output: JsonOption = False) -> None:
 @scene_app.command("new")
 def new(
     objects: ObjectsOption = "ycb",
-    shape: Annotated[
-        Shape | None, typer.Option(help="Structure that the objects can make; by default any.")
-    ] = None,
+    shape: Annotated[Shape | None, typer.Option(help="Structure that the objects can make; by default any.")] = None,
     seed: SeedOption = 0,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File for the scene; by default standard output.")

@@ -56,7 +56,12 @@ def list_figures(json_output: JsonOption = False) -> None:
             print(json.dumps(rows, indent=1, ensure_ascii=False), file=results)
             return
         rows = [
-            (one.name, "upright" if one.stacked else "flat", f"{one.legal_numbers()} objects", "taught" if one.name in taught else "")
+            (
+                one.name,
+                "upright" if one.stacked else "flat",
+                f"{one.legal_numbers()} objects",
+                "taught" if one.name in taught else "",
+            )
             for one in figures
         ]
         print(aligned(rows), file=results)
@@ -97,7 +102,9 @@ def remove(name: NameArgument) -> None:
 
 
 def teach(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="What the figure is called from now on.", show_default=False)],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="What the figure is called from now on.", show_default=False)
+    ],
     source: Annotated[
         Path,
         typer.Option(
@@ -107,7 +114,9 @@ def teach(
             show_default=False,
         ),
     ],
-    force: Annotated[bool, typer.Option("--force", help="Replace a figure of this name that was taught before.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace a figure of this name that was taught before.")
+    ] = False,
 ) -> None:
     """Teach a figure by an example.
 

@@ -166,7 +166,9 @@ def _build_scene(candidates: int, hold: str, planner: Planner, scene: Evaluation
             return {**row, "trouble": [str(error)], "seconds": round(time.perf_counter() - started, 1)}
         anew = _Anew(scene.spec, partial(_proposed, planner, goal, candidates, scene.seed), arrangements)
         listeners = BuildListeners(replanner=anew)
-        rank, placed = record_build(build_structure(world, arm, observed, arrangements, rng=rng, listeners=listeners), row)
+        rank, placed = record_build(
+            build_structure(world, arm, observed, arrangements, rng=rng, listeners=listeners), row
+        )
         arrangements = anew.arrangements
         row["placed"] = len(placed)
         if row["planned"] and placed.issuperset(moving(arrangements[rank].goal_from_initial)):

@@ -88,14 +88,14 @@ def _median_step(name: str, clocks: Sequence[StepClock]) -> dict[str, Any]:
     return dict(zip(("step", "seconds", "cpu_seconds", "calls"), (name, *medians)))
 
 
-def _plan(
-    scene: Scene, arrangements: Sequence[Arrangement], rng: np.random.Generator
-) -> tuple[StepClock, bool, int]:
+def _plan(scene: Scene, arrangements: Sequence[Arrangement], rng: np.random.Generator) -> tuple[StepClock, bool, int]:
     """Plan one scene; return the clock of its steps, whether a plan was found, and the configurations checked."""
     clock = OuterClock()
     started, worked = time.perf_counter(), time.process_time()
     with _TimedScene(rng.spawn(1)[0], clock) as planning:
-        events = list(find_plan(_TimedSearch(planning, rng, scene.table), completed_scene(scene), arrangements, PLANNING_CHECKS))
+        events = list(
+            find_plan(_TimedSearch(planning, rng, scene.table), completed_scene(scene), arrangements, PLANNING_CHECKS)
+        )
         checks = planning.checks
     rest = time.perf_counter() - started - clock.seconds(), time.process_time() - worked - clock.cpu_seconds()
     clock.steps[REST] = [*rest, 1]

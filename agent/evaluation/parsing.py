@@ -64,9 +64,7 @@ def measure_parsing(
                 task = progress.add_task(f"{parser}, {name}", total=len(rows))
                 evaluations.append(
                     {"parser": parser, "data": name, "rows": len(rows)}
-                    | _measured(
-                        slots, rows, lambda done, task=task: progress.update(task, completed=done), defects
-                    )
+                    | _measured(slots, rows, lambda done, task=task: progress.update(task, completed=done), defects)
                     | {"seconds_cold": cold}
                 )
             for name, instructions in goal_sets.items():

@@ -60,7 +60,9 @@ def stored_scene_rows(
             what, len(places), len(places) - len(missing),
         )  # fmt: skip
         rows |= {(row["structure"], row["number"]): row for row in computed}
-    return [rows[place] for shape in dict.fromkeys(shape for shape, _ in places) for place in places if place[0] == shape]
+    return [
+        rows[place] for shape in dict.fromkeys(shape for shape, _ in places) for place in places if place[0] == shape
+    ]
 
 
 def add_rows(

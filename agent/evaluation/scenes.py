@@ -47,9 +47,7 @@ def draw_scenes(
     return [drawn[place] for place in places if place in drawn], lost
 
 
-def _draw_scene(
-    seed: int, conditions: Conditions, library: Sequence[ObjectModel], place: Place
-) -> EvaluationScene:
+def _draw_scene(seed: int, conditions: Conditions, library: Sequence[ObjectModel], place: Place) -> EvaluationScene:
     return draw_evaluation_scene(library, *place, seed=seed, conditions=conditions)
 
 

@@ -121,7 +121,8 @@ def example_of_clouds(clouds: Sequence[ObjectCloud], motions: np.ndarray | None 
     """
     motions = np.repeat(np.eye(4)[None], len(clouds), axis=0) if motions is None else motions
     outlines = [estimate(cloud).outline_after(motion) for cloud, motion in zip(clouds, motions, strict=True)]
-    bottoms = [cloud.bottom + float(motion[2, 3]) for cloud, motion in zip(clouds, motions, strict=True)]  # upright ones
+    # Upright ones
+    bottoms = [cloud.bottom + float(motion[2, 3]) for cloud, motion in zip(clouds, motions, strict=True)]
     return _seen(outlines, np.array(bottoms))
 
 

@@ -37,7 +37,9 @@ def _dotted(points: list[tuple[float, float]]) -> list[str]:
     unit = min((COLUMNS - 1) / max(2 * width, 1e-9), (ROWS - 1) / max(height, 1e-9))
     rows = [[" "] * COLUMNS for _ in range(math.floor(height * unit + 0.5) + 1)]
     for x, y in points:
-        rows[len(rows) - 1 - math.floor((y - low) * unit + 0.5)][min(COLUMNS - 1, math.floor(2 * (x - left) * unit + 0.5))] = "o"
+        rows[len(rows) - 1 - math.floor((y - low) * unit + 0.5)][
+            min(COLUMNS - 1, math.floor(2 * (x - left) * unit + 0.5))
+        ] = "o"
     return ["".join(row).rstrip() for row in rows]
 
 
@@ -45,7 +47,9 @@ def _upright(figure: Figure) -> list[str]:
     """Return a picture of blocks, level by level."""
     left = min(block.x - block.width / 2 for block in figure.blocks)
     right = max(block.x + block.width / 2 for block in figure.blocks)
-    levels = [[" "] * (math.ceil((right - left) * _BLOCK) + 1) for _ in range(max(block.level for block in figure.blocks) + 1)]
+    levels = [
+        [" "] * (math.ceil((right - left) * _BLOCK) + 1) for _ in range(max(block.level for block in figure.blocks) + 1)
+    ]
     for block in figure.blocks:
         first = round((block.x - block.width / 2 - left) * _BLOCK)
         end = max(first + 2, round((block.x + block.width / 2 - left) * _BLOCK))

@@ -81,14 +81,23 @@ def checked_name(name: str) -> str:
     """
     words = name.lower().split()
     said = " ".join(words[1:] if words[:1] in (["a"], ["an"], ["the"]) else words)
-    if not said or not all(word.replace("-", "").isalnum() for word in said.split()) or len(said.split()) > 4 or len(said) < 2:
-        raise UsageError(f"a figure cannot be called {shortened(name)!r}; legal: one to four words of letters and digits")
+    if (
+        not said
+        or not all(word.replace("-", "").isalnum() for word in said.split())
+        or len(said.split()) > 4
+        or len(said) < 2
+    ):
+        raise UsageError(
+            f"a figure cannot be called {shortened(name)!r}; legal: one to four words of letters and digits"
+        )
     if said in FUNCTION_WORDS or said.startswith((LIKE, WORD)):
         raise UsageError(f"a figure cannot be called {said!r}, a word of sentences; choose a noun, such as 'city gate'")
     shapes = {noun: shape.name for shape in STRUCTURES.values() for noun in (shape.name, *shape.words.nouns)}
     shipped = {noun.lower(): one for one, nouns in figure_nouns(taught=False).items() for noun in nouns}
     if (other := shapes.get(said) or shipped.get(said)) is not None:
-        raise UsageError(f"{said!r} is {other!r} already, which comes with structagent; choose another name, such as 'my {said}'")
+        raise UsageError(
+            f"{said!r} is {other!r} already, which comes with structagent; choose another name, such as 'my {said}'"
+        )
     return said
 
 

@@ -195,7 +195,9 @@ class LiveView:
                 self._done += 1
                 now = self._stands(now, event.name, not event.trouble)
                 how = "is out of the way" if event.aside else "is in its place"
-                stage = f"{event.name} {how}" if not event.trouble else f"{event.name} does not stand: it {event.trouble}"
+                stage = (
+                    f"{event.name} {how}" if not event.trouble else f"{event.name} does not stand: it {event.trouble}"
+                )
                 now = replace(now, stage=stage, motions=max(now.motions, self._done))
             case StandingChanged():
                 now = self._stands(now, event.name, event.stands)

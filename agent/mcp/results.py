@@ -139,9 +139,11 @@ class BuildResult(Result):
 class SayResult(Result):
     """What came of a sentence that was said while the arm builds."""
 
-    outcome: Literal["changed", "asked", "answered", "refused", "unchanged", "later", "waits", "goes on", "stops"] = Field(
-        description="'changed': something else is built from the next safe point on; 'later': call propose with it after "
-        "the build"
+    outcome: Literal["changed", "asked", "answered", "refused", "unchanged", "later", "waits", "goes on", "stops"] = (
+        Field(
+            description="'changed': something else is built from the next safe point on; 'later': call propose with it after "
+            "the build"
+        )
     )
     message: str = Field(description="what is told at once; tell it to the person")
     wish: str | None = Field(description="what is wanted now; check it against what was asked for")

@@ -134,7 +134,9 @@ class Sessions:
             if message["type"] == "http.response.start":
                 statuses.append(message["status"])
 
-        await app({**scope, "method": "DELETE", "headers": [*headers, (_HEADER, name.encode("latin-1"))]}, receive, send)
+        await app(
+            {**scope, "method": "DELETE", "headers": [*headers, (_HEADER, name.encode("latin-1"))]}, receive, send
+        )
         if statuses and statuses[0] in _NOT_LET_IN:
             self._sessions[name] = session
 

@@ -131,7 +131,9 @@ class SharedTable:
     def _options(self) -> list[str]:
         """Return the answers that the open question offers: a name as it is, names within a goal in quotes."""
         question, names = self._talk.question, self.names
-        return [] if question is None else [one if one in names else quote_names(one, names) for one in question.options]
+        return (
+            [] if question is None else [one if one in names else quote_names(one, names) for one in question.options]
+        )
 
     def _quoted(self, sentence: str) -> str:
         return quote_names(sentence, self.names)

@@ -241,9 +241,7 @@ def add_resources(server: MCPServer, table: SharedTable, worker: TableWorker) ->
     async def turn_picture(turn: str, name: str) -> bytes:
         pictures = dict(table.record(_number(turn)).pictures)
         if name not in pictures:
-            raise UsageError(
-                f"turn {turn} has no picture {quoted(name)}; legal: {', '.join(pictures) or 'none'}"
-            )
+            raise UsageError(f"turn {turn} has no picture {quoted(name)}; legal: {', '.join(pictures) or 'none'}")
         return pictures[name]
 
 
@@ -259,7 +257,9 @@ def _answer(result: BaseModel, pictures: list[bytes] | tuple[()] = ()) -> CallTo
     text = TextContent(type="text", text=readable_json(data))
     images = [
         ImageContent(
-            type="image", data=base64.b64encode(within_size(picture, _LARGEST_PICTURE)).decode("ascii"), mime_type=_PICTURE
+            type="image",
+            data=base64.b64encode(within_size(picture, _LARGEST_PICTURE)).decode("ascii"),
+            mime_type=_PICTURE,
         )
         for picture in pictures
     ]

@@ -182,7 +182,9 @@ def _verifier_answer(network: Network) -> str:
     try:
         probability = decide([Candidate(Proposal(goal, 0.5), judged.logit)], (), verifier.weights).probability
     except ValueError as error:
-        raise _Wrong(f"{network.folder / CONFIG} has {len(verifier.weights)} weights of the probability: {error}") from error
+        raise _Wrong(
+            f"{network.folder / CONFIG} has {len(verifier.weights)} weights of the probability: {error}"
+        ) from error
     _sound(torch.tensor([judged.logit, probability]), (2,))
     return _sound(torch.from_numpy(judged.lost), (pair.end - pair.first,))
 

@@ -33,9 +33,7 @@ def lab_of_linear(values: np.ndarray) -> np.ndarray:
     """Return CIELAB (P, 3) float32 of linear red, green and blue (P, 3), under daylight."""
     ratio = values @ _RGB_TO_XYZ / _DAYLIGHT
     root = np.where(ratio > 0.008856, np.cbrt(ratio), 7.787 * ratio + 16 / 116)
-    return np.stack(
-        (116 * root[:, 1] - 16, 500 * (root[:, 0] - root[:, 1]), 200 * (root[:, 1] - root[:, 2])), axis=1
-    )
+    return np.stack((116 * root[:, 1] - 16, 500 * (root[:, 0] - root[:, 1]), 200 * (root[:, 1] - root[:, 2])), axis=1)
 
 
 def differ(lab: np.ndarray | None, one: np.ndarray, other: np.ndarray) -> bool:

@@ -243,7 +243,9 @@ class Pieces:
         known = self._shades is not None
         across = 0.0
         if self._shades is not None and len(contacts):
-            across = float(np.median(np.linalg.norm(self._shades[contacts[:, 0]] - self._shades[contacts[:, 1]], axis=1)))
+            across = float(
+                np.median(np.linalg.norm(self._shades[contacts[:, 0]] - self._shades[contacts[:, 1]], axis=1))
+            )
         return {
             "colours known": float(known),
             "colours apart": min(float(np.linalg.norm(one.shade - other.shade)) / 20, _MOST),
@@ -289,8 +291,7 @@ def _between_valleys(surface: Surface, shapes: np.ndarray) -> np.ndarray:
 
 
 def _divided(proposals: Proposals, masks: VoxelMasks, positions: np.ndarray) -> np.ndarray:
-    """Return the pieces (V,): the regions, divided where the network is certain of several objects that are no slivers.
-    """
+    """Return the pieces (V,): the regions, divided where the network is certain of several objects that are no slivers."""
     piece = proposals.regions.copy()
     for index in np.unique(piece[piece >= 0]):
         own = np.flatnonzero(piece == index)

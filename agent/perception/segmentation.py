@@ -147,9 +147,7 @@ def measurement(recording: Recording, method: str = DEFAULT) -> Measurement:
         sight = Sight(level, relief.heights, eye, pixels, shape, pixel_pitch(frame.points), shades)
         masks = network_masks(sight, shipped_network())
     above_table = np.column_stack((level[:, :2], relief.heights))
-    return Measurement(
-        plane, pixels, arm_pixels, Points(above_table, eye, relief, steep, border, tint, masks), flat
-    )
+    return Measurement(plane, pixels, arm_pixels, Points(above_table, eye, relief, steep, border, tint, masks), flat)
 
 
 def _measured_points(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -75,7 +75,9 @@ def build_with_arm(
     initial = np.array(list(seen_at.values())[: table.count])
     rng = np.random.default_rng(seed)
     several = wanted if isinstance(wanted, TableGoal) else None
-    rules = (PlacementRules() if several is None else several.placement_rules(scene)).with_first(first, len(scene.objects))
+    rules = (PlacementRules() if several is None else several.placement_rules(scene)).with_first(
+        first, len(scene.objects)
+    )
     reel = Film(table.film_camera) if film else None
     ranks = ranks or range(1, len(arrangements) + 1)
     progress = BuildProgress(table, seen_at, scene, arrangements, ranks, several, reel)

@@ -121,9 +121,7 @@ def _outline(cloud: ObjectCloud) -> tuple[tuple[float, float], ...]:
     return tuple((round(x, 4), round(y, 4)) for x, y in corners.tolist())
 
 
-def chosen_event(
-    rank: int, arrangement: Arrangement, scene: Scene, wanted: TableGoal | None = None
-) -> events.Chosen:
+def chosen_event(rank: int, arrangement: Arrangement, scene: Scene, wanted: TableGoal | None = None) -> events.Chosen:
     """Make the event of choosing an arrangement.
 
     Args:

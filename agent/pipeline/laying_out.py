@@ -244,7 +244,9 @@ class GoalLayouts:
             off = np.linalg.norm(_middles(scene, motions) - here, axis=1)
             motions[[k for k in standing if off[k] < STAYS]] = np.eye(4)
             rows.append(((off[standing] >= STAYS).sum(), motions @ now_from_initial, arrangement.scores))
-        return [_of_all(motions, remainder, scores) for _, motions, scores in sorted(rows, key=lambda row: row[0])[:MOST]]
+        return [
+            _of_all(motions, remainder, scores) for _, motions, scores in sorted(rows, key=lambda row: row[0])[:MOST]
+        ]
 
     def _one_structure(self, remainder: Remainder, goal: TableGoal) -> list[Arrangement]:
         """Lay out the one structure that is left of a goal, around everything else."""

@@ -108,14 +108,16 @@ def propose_goal(
     began = time.perf_counter()
     generator = torch.Generator().manual_seed(seed)
     try:
-        found = planner.propose(
-            scene, wanted.goal, count=count, generator=generator, colors=wanted.colors or None
-        )
+        found = planner.propose(scene, wanted.goal, count=count, generator=generator, colors=wanted.colors or None)
     except LayoutError as error:
         raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
     # To make room, nothing is moved on which something stands that stays; if it has to be, the check below says so.
     carried = _carried(scene.objects)
-    free = [each for each in found if not any(low in each.moved and up not in {*each.moved, *wanted.movable} for up, low in carried)]
+    free = [
+        each
+        for each in found
+        if not any(low in each.moved and up not in {*each.moved, *wanted.movable} for up, low in carried)
+    ]
     found = free or found
     touched = sorted({*wanted.movable, *(index for each in found for index in each.moved)})
     part = scene.select(touched)
@@ -140,9 +142,7 @@ def make_goal(spec: StructureSpec, encoder: SentenceEncoder) -> StructureGoal:
     return StructureGoal(spec, words, encoder.encode([words])[0])
 
 
-def proposed_event(
-    model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float
-) -> events.Proposed:
+def proposed_event(model: str, scene: Scene, arrangements: Sequence[Arrangement], seconds: float) -> events.Proposed:
     """Make the event of arrangements, best first, for the objects of a scene."""
     candidates = tuple(
         events.Candidate(

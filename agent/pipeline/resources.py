@@ -82,9 +82,7 @@ class ResourceCache:
         from agent.pipeline.proposing import make_goal
         from structdiffusion.planners.goal_planner import GoalPlanner
 
-        return GoalPlanner(
-            self.planner(model, weights, allow_unverified), lambda spec: make_goal(spec, self.encoder)
-        )
+        return GoalPlanner(self.planner(model, weights, allow_unverified), lambda spec: make_goal(spec, self.encoder))
 
     def provenance(self, model: str, weights: Path | None) -> Mapping[str, Provenance]:
         """Return what is known of the files of a planner's networks, by network; the planner must have been checked

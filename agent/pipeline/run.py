@@ -216,9 +216,7 @@ class _Run:
             table.involve([cloud.name for cloud in proposed.scene.objects])
             yield perceived_event(proposed.scene, looking, table)
         networks = cache.provenance(options.model, options.weights)
-        replanner = GoalLayouts(
-            wanted, lambda now, rest: propose_goal(planner, options.model, now, rest, options.seed)
-        )
+        replanner = GoalLayouts(wanted, lambda now, rest: propose_goal(planner, options.model, now, rest, options.seed))
         yield from self._carried_out(table, wanted, replace(proposed, networks=networks), replanner)
 
     def _carried_out(

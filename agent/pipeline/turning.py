@@ -85,7 +85,10 @@ def _beside_the_others(
         clouds[index] = _moved(clouds[index], goals[index])
     beside = np.where(np.isin(np.arange(len(clouds)), stay)[:, None, None], np.eye(4), left.goal_from_initial)
     there = replace(
-        left, first=replace(left.first, objects=tuple(clouds)), goal_from_initial=beside, standing=left.standing | set(stay)
+        left,
+        first=replace(left.first, objects=tuple(clouds)),
+        goal_from_initial=beside,
+        standing=left.standing | set(stay),
     )
     rest = replace(wanted, goal=still_to_build(wanted.goal, kept))
     found = GoalLayouts(rest, propose, another=True).lay_out(there)

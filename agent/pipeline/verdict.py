@@ -87,8 +87,7 @@ def judge_goal(
 def _physical_checks(
     world: TabletopWorld, indices: Sequence[int], world_from_goal: np.ndarray, supports: Mapping[int, int | None]
 ) -> tuple[Check, Check, Check]:
-    """Check how far objects are from their goals, how tilted, and how many stand as placed; without objects all hold.
-    """
+    """Check how far objects are from their goals, how tilted, and how many stand as placed; without objects all hold."""
     pairs = zip(indices, world_from_goal, strict=True)
     ways = [standing(world, index, goal, supports.get(index)) for index, goal in pairs]
     farthest = max((way.displacement for way in ways), default=0.0)
@@ -103,9 +102,7 @@ def _physical_checks(
     )
 
 
-def _verdict(
-    physical: tuple[Check, Check, Check], semantic: Sequence[Check]
-) -> tuple[str | None, tuple[Check, ...]]:
+def _verdict(physical: tuple[Check, Check, Check], semantic: Sequence[Check]) -> tuple[str | None, tuple[Check, ...]]:
     in_place, upright, standing_ones = physical
     failure = None
     if not in_place.passed:

@@ -102,9 +102,7 @@ def chosen(fields: Sequence[Field], wanted: Collection[str]) -> list[tuple[int, 
     return list(found.values())
 
 
-def binary_columns(
-    file: BinaryIO, fields: Sequence[Field], order: str, count: int, wanted: Collection[str]
-) -> Columns:
+def binary_columns(file: BinaryIO, fields: Sequence[Field], order: str, count: int, wanted: Collection[str]) -> Columns:
     """Read `count` binary points from where the file stands.
 
     Args:

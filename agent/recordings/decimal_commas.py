@@ -30,4 +30,3 @@ def refusal(what: str, number: str) -> BadInput:
     """Return the error for a number with a decimal comma."""
     point = number.strip().replace(",", ".")
     return BadInput(f"{what} has the number {number.strip()!r} with a decimal comma; write {point}")
-

@@ -98,9 +98,7 @@ class BagInfo:
         }
 
 
-def inspect_bag(
-    path: Path, named: Mapping[str, str] | None = None, depth_unit: float | None = None
-) -> BagInfo:
+def inspect_bag(path: Path, named: Mapping[str, str] | None = None, depth_unit: float | None = None) -> BagInfo:
     """Inspect the bag at `path`; only a few messages of large topics are read.
 
     Args:
@@ -120,9 +118,7 @@ def inspect_bag(
         ended = last_times(bag, began)
         topics = []
         for stream in bag.streams:
-            first, last = (
-                (times[stream] - bag.start) / 1e9 if stream in times else None for times in (began, ended)
-            )
+            first, last = ((times[stream] - bag.start) / 1e9 if stream in times else None for times in (began, ended))
             rate = (stream.count - 1) / (last - first) if first is not None and last > first else None
             offer = offer_of.get(stream)
             of_camera = (offer.frame, offer.role, offer.problem) if offer else ()

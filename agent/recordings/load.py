@@ -297,10 +297,7 @@ def _from_one_place(bag: Bag, looks: list[Found[_Look]], frames: Frames) -> list
     for look in looks[1:]:
         then = read_frames(bag, look.value.stamp, [(camera, base)], frames)
         moved = first_from_base @ then.pose(then.path(base, camera))
-        if (
-            np.linalg.norm(moved[:3, 3]) < _SAME_PLACE[0]
-            and np.linalg.norm(moved[:3, :3] - np.eye(3)) < _SAME_PLACE[1]
-        ):
+        if np.linalg.norm(moved[:3, 3]) < _SAME_PLACE[0] and np.linalg.norm(moved[:3, :3] - np.eye(3)) < _SAME_PLACE[1]:
             still.append(look)
     return still
 

@@ -68,9 +68,7 @@ def cloud_message(writer: BagWriter, points: np.ndarray, color: np.ndarray | Non
     )  # fmt: skip
 
 
-def lens_message(
-    writer: BagWriter, intrinsics: np.ndarray, size: tuple[int, int], seconds: float, frame: str
-) -> Any:
+def lens_message(writer: BagWriter, intrinsics: np.ndarray, size: tuple[int, int], seconds: float, frame: str) -> Any:
     """Return a pinhole lens without distortion as sensor_msgs/CameraInfo.
 
     Args:

@@ -22,9 +22,7 @@ SUFFIXES = tuple(_READERS)
 _AXES = ("x", "y", "z")
 
 
-def read_columns(
-    path: Path, needed: Sequence[str], wanted: frozenset[str] = frozenset()
-) -> tuple[int, int, Columns]:
+def read_columns(path: Path, needed: Sequence[str], wanted: frozenset[str] = frozenset()) -> tuple[int, int, Columns]:
     """Read the rows and columns of a cloud, and some fields of its points.
 
     Args:
@@ -46,9 +44,7 @@ def read_columns(
         raise BadInput(f"the cloud {str(path)!r} cannot be read: {error.strerror or error}") from error
 
 
-def read_cloud(
-    path: Path, unit: float | None = None
-) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
+def read_cloud(path: Path, unit: float | None = None) -> tuple[np.ndarray, np.ndarray | None, tuple[str, ...]]:
     """Read points (H, W, 3) float32, metres, colours (H, W, 3) uint8 or `None`, and assumptions, a sentence each.
 
     An organised .pcd keeps its rows and columns; any other cloud is one row.

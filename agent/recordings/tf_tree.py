@@ -180,9 +180,7 @@ def is_static(stream: Stream) -> bool:
     return stream.topic.endswith("tf_static")
 
 
-def read_frames(
-    bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = (), known: Frames | None = None
-) -> Frames:
+def read_frames(bag: Bag, moment: int, ways: Iterable[tuple[str, str]] = (), known: Frames | None = None) -> Frames:
     """Read the frames at `moment` (nanoseconds), around it until every one of `ways` is known, as far as tf goes.
 
     Args:

@@ -48,8 +48,10 @@ def decode_line(line: bytes) -> Any:
 
 def is_start(entry: Any) -> bool:
     """Return whether this is the first line of a session, in any schema version."""
-    return isinstance(entry, dict) and {"schema_version", "version", "started", "machine"} <= entry.keys() and (
-        isinstance(entry["started"], str) and isinstance(entry.get("options"), dict)
+    return (
+        isinstance(entry, dict)
+        and {"schema_version", "version", "started", "machine"} <= entry.keys()
+        and (isinstance(entry["started"], str) and isinstance(entry.get("options"), dict))
     )
 
 

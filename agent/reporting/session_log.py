@@ -100,9 +100,7 @@ class SessionWriter:
     def on_picture(self, picture: Picture) -> None:
         """Write one picture."""
         data = base64.b64encode(picture.content).decode("ascii")
-        self._write(
-            {"picture": {"name": picture.name, "caption": picture.caption, "format": FORMAT, "data": data}}
-        )
+        self._write({"picture": {"name": picture.name, "caption": picture.caption, "format": FORMAT, "data": data}})
 
     def on_table(self, part: Mapping[str, Any]) -> None:
         """Write a part of the table in 3D (see `agent.reporting.table_model`)."""

@@ -50,9 +50,7 @@ def doubts(
     return doubtful
 
 
-def how_to_name(
-    found: Sequence[Segment], unnamed: str, picture: np.ndarray, place: OwnFolder | None = None
-) -> str:
+def how_to_name(found: Sequence[Segment], unnamed: str, picture: np.ndarray, place: OwnFolder | None = None) -> str:
     """Say what the unnamed objects may be, where a picture (H, W, 3) of all with their numbers lies, and what to do.
 
     Args:

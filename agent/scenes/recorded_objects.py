@@ -1,5 +1,4 @@
-"""Make bodies of the objects that were found in a recording: completed, named, and with what the arm can do with them.
-"""
+"""Make bodies of the objects that were found in a recording: completed, named, and with what the arm can do with them."""
 
 from __future__ import annotations
 

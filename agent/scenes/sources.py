@@ -131,7 +131,8 @@ class DrawnSource:
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """See `SceneSource`."""
         spec = goal.goal.plain_spec
-        if spec is None or (spec.shape is not None and is_figure(spec.shape)):  # a word may need many blocks of few models
+        # A word may need many blocks of few models
+        if spec is None or (spec.shape is not None and is_figure(spec.shape)):
             return several_parts_scene(self._library, goal, seed)
         return SimulatedScene(self._library, goal, seed)
 

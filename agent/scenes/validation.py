@@ -30,9 +30,7 @@ _LARGEST = 0.2  # m: how far from its place an object may reach of which nothing
 _BESIDE = 0.01  # m: what is as near as this may lean on it
 
 
-def problems_of_places(
-    found: Sequence[StandingObject], missing: Sequence[PlacedObject], table: Table
-) -> list[Problem]:
+def problems_of_places(found: Sequence[StandingObject], missing: Sequence[PlacedObject], table: Table) -> list[Problem]:
     """Return the problems of objects that are off the table, inside each other, or would fall.
 
     Args:

@@ -67,9 +67,7 @@ def object_part(mesh: trimesh.Trimesh, pose: np.ndarray, number: int, rng: np.ra
 
 def printed_part(mesh: trimesh.Trimesh, pose: np.ndarray, number: int, rng: np.random.Generator) -> Part:
     """Return an object at its pose (4, 4) with a print, as most that are bought have; one in ten is shiny."""
-    return replace(
-        object_part(mesh, pose, number, rng), printed=draw_print(rng), object_from_scene=np.linalg.inv(pose)
-    )
+    return replace(object_part(mesh, pose, number, rng), printed=draw_print(rng), object_from_scene=np.linalg.inv(pose))
 
 
 def of_the_same_print(part: Part, mesh: trimesh.Trimesh, pose: np.ndarray, number: int) -> Part:

@@ -26,30 +26,37 @@ OBJECT_WORDS = ("objects", "things", "items", "cups", "objects", "cans", "boxes"
 X_PHRASES = {
     "left": ("on the left", "on the left side of the table", "at the left", "to the left"),
     "center": (
-        "in the center", "at the center of the table", "centered between left and right", "at the center",
+        "in the center",
+        "at the center of the table",
+        "centered between left and right",
+        "at the center",
     ),
     "right": ("on the right", "on the right side of the table", "at the right", "to the right"),
 }
 Y_PHRASES = {
     "top": ("at the top of the table", "at the far end of the table", "at the back", "near the top edge"),
     "middle": (
-        "in the middle of the table", "in the middle", "halfway to the back", "midway between front and back",
+        "in the middle of the table",
+        "in the middle",
+        "halfway to the back",
+        "midway between front and back",
     ),
     "bottom": (
-        "at the bottom of the table", "at the near end of the table", "at the front", "near the bottom edge",
+        "at the bottom of the table",
+        "at the near end of the table",
+        "at the front",
+        "near the bottom edge",
     ),
 }
 # One phrase for both positions: {x} and {y} are the vocabulary's own words.
 CORNER_PHRASES = ("in the {y} {x} of the table", "at the {y} {x}", "on the {y} {x} part of the table")
 ROTATION_PHRASES = {
-    rotation: (f"facing {rotation}", f"turned to the {rotation}", f"pointing {rotation}",
-               f"that faces {rotation}")
+    rotation: (f"facing {rotation}", f"turned to the {rotation}", f"pointing {rotation}", f"that faces {rotation}")
     for rotation in LEGAL_VALUES["rotation"]
 }
 # A noun with its article needs "that faces"; an action ("stack the objects") cannot have it.
 ACTION_ROTATION_PHRASES = {
-    rotation: (f"facing {rotation}", f"so that it faces {rotation}", f"turned to the {rotation}",
-               f"facing {rotation}")
+    rotation: (f"facing {rotation}", f"so that it faces {rotation}", f"turned to the {rotation}", f"facing {rotation}")
     for rotation in LEGAL_VALUES["rotation"]
 }
 SIZE_ADVERBS = {

@@ -55,14 +55,15 @@ def paraphrase(rng: np.random.Generator, frame: Frame | None = None) -> Labelled
     if frame.refuse:
         labels: dict[str, str | None] = dict.fromkeys(SLOTS)
     else:
-        filled = {
-            slot for hole in frame.holes if not hole.negated for slot in SLOTS_OF_HOLE.get(hole.name, ())
-        }
+        filled = {slot for hole in frame.holes if not hole.negated for slot in SLOTS_OF_HOLE.get(hole.name, ())}
         labels = {slot: values[slot] if slot in filled or slot in frame.labels else None for slot in SLOTS}
     text = roughen(_dressed(text, rng), rng)
     drawn = _DRAWN.findall(text)
     return LabelledText(
-        _MARKS.sub("", text), labels, frame.refuse, drawn[0] if len(drawn) == 1 and len(_MARKS.findall(text)) == 2 else None
+        _MARKS.sub("", text),
+        labels,
+        frame.refuse,
+        drawn[0] if len(drawn) == 1 and len(_MARKS.findall(text)) == 2 else None,
     )
 
 
@@ -95,16 +96,11 @@ def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator
     name = hole.name
     if name not in SLOTS_OF_HOLE:
         return _other(name, rng)
-    slots = {
-        slot: _another(slot, values[slot], rng) if hole.negated else values[slot]
-        for slot in SLOTS_OF_HOLE[name]
-    }
+    slots = {slot: _another(slot, values[slot], rng) if hole.negated else values[slot] for slot in SLOTS_OF_HOLE[name]}
     phrases = all_phrases()
     if name == "xy":
         x = _one_of(phrases["x_adj"][slots["x_position"]], rng) if rng.random() < 0.3 else slots["x_position"]
-        return _one_of(phrases["xy"]["any"], rng).format(
-            x=x, y=_one_of(phrases["y_adj"][slots["y_position"]], rng)
-        )
+        return _one_of(phrases["xy"]["any"], rng).format(x=x, y=_one_of(phrases["y_adj"][slots["y_position"]], rng))
     (value,) = slots.values()
     table = _TABLE.get(name, name)
     shape = values["shape"]

@@ -106,9 +106,7 @@ def _pieces(text: str, where: str) -> tuple[str | Hole, ...]:
     for match in _HOLE.finditer(text):
         name = match["name"]
         if name not in SLOTS_OF_HOLE and (match["negated"] or name not in OTHER_HOLES):
-            raise FrameError(
-                f"{where}: unknown hole {match[0]}; legal: {', '.join((*SLOTS_OF_HOLE, *OTHER_HOLES))}"
-            )
+            raise FrameError(f"{where}: unknown hole {match[0]}; legal: {', '.join((*SLOTS_OF_HOLE, *OTHER_HOLES))}")
         pieces += [text[end : match.start()], Hole(name, bool(match["negated"]))]
         end = match.end()
     pieces.append(text[end:])

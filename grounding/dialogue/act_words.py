@@ -55,7 +55,7 @@ PARTS: Mapping[str, str] = {
     "THING": r"(?P<about>[\w'-]+( [\w'-]+){0,8}?)",
     "OTHER": r"(?P<other>[\w'-]+( [\w'-]+){0,6}?)",
     "REL": f"(right |directly |immediately |standing |lying "
-           f"|sitting )*(?P<relation>{'|'.join(sorted(RELATIONS_SAID, key=len, reverse=True))})",
+    f"|sitting )*(?P<relation>{'|'.join(sorted(RELATIONS_SAID, key=len, reverse=True))})",
     "IS": "(is|are|was|were|stands?|lies?|sits?)( (there|standing|lying|sitting|placed|located|currently))*",
     "COMPARATIVE": f"<VALUE:{'|'.join(COMPARATIVES)}>",
     "THE": r"((a|an|any|some|the|that|this|another|all|all the|your|also|still) )*",

@@ -38,7 +38,10 @@ def is_yes_no(question: Question) -> bool:
 
 
 def chosen_options(
-    line: str, question: Question, choices: Sequence[Goal] = (), objects: Sequence[SceneObject] = (),
+    line: str,
+    question: Question,
+    choices: Sequence[Goal] = (),
+    objects: Sequence[SceneObject] = (),
     encoder: SentenceEncoder | None = None,
 ) -> tuple[int, ...]:
     """Return the numbers of the options that a line leaves, from 0: one where it chooses it, none for no answer.

@@ -81,8 +81,13 @@ class Outcome:
 
 
 def accepted(
-    state: Dialogue, goal: Goal, names: Sequence[str], message: str = "", reading: Interpretation | None = None,
-    changed: Sequence[int] = (), spoken: bool = True,
+    state: Dialogue,
+    goal: Goal,
+    names: Sequence[str],
+    message: str = "",
+    reading: Interpretation | None = None,
+    changed: Sequence[int] = (),
+    spoken: bool = True,
 ) -> tuple[Dialogue, Outcome]:
     """Return the state in which a goal is wanted, and say what it adds and what it takes the place of.
 
@@ -185,5 +190,3 @@ def _replaced(state: Dialogue, goal: Goal, dropped: Sequence[Part], names: Seque
 def _turned(state: Dialogue, parts: Sequence[Part]) -> list[Part]:
     turned = state.goal.turned().parts
     return [turned[state.goal.parts.index(part)] for part in parts]
-
-

@@ -49,14 +49,20 @@ def swapped(goal: Goal, named: Sequence[int], targets: Sequence[int] | None, sto
 
 
 def _are_whole_parts(goal: Goal, named: Sequence[int], parts: Sequence[int]) -> bool:
-    return len(parts) == 2 and all(goal.parts[number].objects == (index,) for number, index in zip(parts, named, strict=True))
+    return len(parts) == 2 and all(
+        goal.parts[number].objects == (index,) for number, index in zip(parts, named, strict=True)
+    )
 
 
 def _within(goal: Goal, number: int, stood: bool) -> Goal:
     """Exchange the two that a part names, or the two objects of a structure."""
     part = goal.parts[number]
     if isinstance(part, RelationPart):
-        turned = part.relation in (*DIRECTIONAL, "on", "in") and isinstance(part.objects, tuple) and part.reference is not None
+        turned = (
+            part.relation in (*DIRECTIONAL, "on", "in")
+            and isinstance(part.objects, tuple)
+            and part.reference is not None
+        )
         if not turned or isinstance(part.reference, PartReference):
             raise CannotEdit(f"{part.relation!r} has no two places that could be exchanged")
         new: Part = replace(part, objects=part.reference, reference=part.objects)

@@ -65,7 +65,11 @@ def longer(part: Part, said: Tokens, known: Standing) -> Part:
 
 def scaled(part: Part, said: Tokens, known: Standing) -> Part:
     """Multiply a length: "double the gap", "half as far"; a structure without one is made larger or smaller."""
-    if isinstance(part, StructurePart) and said.value("key") is None and not any(getattr(part, key) for key in _LENGTHS):
+    if (
+        isinstance(part, StructurePart)
+        and said.value("key") is None
+        and not any(getattr(part, key) for key in _LENGTHS)
+    ):
         return _sized(part, 1 if float(said.value("factor") or 1) > 1 else -1, known)
     key = _length_key(part, said)
     return _with_length(part, key, getattr(part, key) * float(said.value("factor") or 1), known)
@@ -165,7 +169,11 @@ def other_side(part: Part, said: Tokens, known: Standing) -> Part:
 def other_way(part: Part, said: Tokens, known: Standing) -> Part:
     """Reverse a part: its order, the two that a relation names, or where it faces."""
     if isinstance(part, RelationPart):
-        if part.relation not in (*DIRECTIONAL, "on", "in") or isinstance(part.objects, PartReference) or part.reference is None:
+        if (
+            part.relation not in (*DIRECTIONAL, "on", "in")
+            or isinstance(part.objects, PartReference)
+            or part.reference is None
+        ):
             raise CannotEdit(f"{part.relation!r} has no other way round")
         return replace(part, objects=part.reference, reference=part.objects)
     if part.order is None:
@@ -225,11 +233,21 @@ def _with_length(part: Part, key: str, metres: float, known: Standing) -> Part:
 
 def _shifted(part: Part, direction: str, metres: float, known: Standing) -> Part:
     """Return a part that goes some way further in a direction."""
-    if isinstance(part, RelationPart) and part.relation == "moved" and direction in (part.direction, OPPOSITE[str(part.direction)]):
+    if (
+        isinstance(part, RelationPart)
+        and part.relation == "moved"
+        and direction in (part.direction, OPPOSITE[str(part.direction)])
+    ):
         sign = 1 if direction == part.direction else -1
         return _with_length(part, "distance", (part.distance or 0.0) + sign * metres, known)
-    if isinstance(part, RelationPart) and part.distance is not None and direction in ("away", "closer", *_line_of(part)):
-        outward = direction == (_DIRECTION_OF.get(part.relation) or "away") or (direction == "away" and not _line_of(part))
+    if (
+        isinstance(part, RelationPart)
+        and part.distance is not None
+        and direction in ("away", "closer", *_line_of(part))
+    ):
+        outward = direction == (_DIRECTION_OF.get(part.relation) or "away") or (
+            direction == "away" and not _line_of(part)
+        )
         return _with_length(part, "distance", part.distance + (metres if outward else -metres), known)
     if known.stood and isinstance(part.objects, tuple):
         return RelationPart("moved", part.objects, direction=direction, distance=round(metres, 6))

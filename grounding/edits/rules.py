@@ -108,7 +108,8 @@ def edited(
     if said is None or not said.tokens:
         return None
     rule = next((rule for rule in RULES if re.fullmatch(rule.pattern, said.kinds)), None)
-    two_turned = rule is not None and rule.edit is other_way and len(said.named) == 2  # "blue and yellow the other way round"
+    # "blue and yellow the other way round"
+    two_turned = rule is not None and rule.edit is other_way and len(said.named) == 2
     if _SWAP.fullmatch(said.kinds) or two_turned:
         return _exchanged(goal, said, stands)
     return None if rule is None else replace(_applied(rule, goal, said, stands, fresh), computed=rule.computes)
@@ -140,7 +141,11 @@ def _applied(rule: Rule, goal: Goal, said: Tokens, stands: Sequence[Standing], f
 
 def with_part(goal: Goal, number: int, part: StructurePart | RelationPart) -> Goal:
     """Put a part in the place of another one; a move of what stands comes in addition to it."""
-    if isinstance(part, RelationPart) and part.relation == "moved" and getattr(goal.parts[number], "relation", "") != "moved":
+    if (
+        isinstance(part, RelationPart)
+        and part.relation == "moved"
+        and getattr(goal.parts[number], "relation", "") != "moved"
+    ):
         return Goal((*goal.parts, part))
     return Goal((*goal.parts[:number], part, *goal.parts[number + 1 :]))
 

@@ -176,7 +176,9 @@ def _phrase(words: Sequence[str], place: int) -> tuple[Token, int] | None:
 
 def _structures(goal: Goal, word: str) -> list[int]:
     """Return the numbers of the structures of which a noun speaks."""
-    structures = [(n, part.shape) for n, part in enumerate(goal.parts) if isinstance(part, StructurePart) and part.shape]
+    structures = [
+        (n, part.shape) for n, part in enumerate(goal.parts) if isinstance(part, StructurePart) and part.shape
+    ]
     return [n for n, shape in structures if singular(word) in map(str.lower, words_of(shape).words.nouns)]
 
 

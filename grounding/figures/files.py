@@ -44,7 +44,10 @@ def figure_from(entries: Mapping[str, Any]) -> Figure:
         raise FigureError(f"unknown key {unknown[0]!r}; legal keys: {', '.join(_KEYS)}")
     if missing := [key for key in _NEEDED if key not in entries]:
         raise FigureError(f"the key {missing[0]!r} is missing")
-    strokes = [[_pair(point, "strokes") for point in _list(stroke, "strokes")] for stroke in _list(entries.get("strokes", []), "strokes")]
+    strokes = [
+        [_pair(point, "strokes") for point in _list(stroke, "strokes")]
+        for stroke in _list(entries.get("strokes", []), "strokes")
+    ]
     return Figure(
         name=_text(entries["name"], "name"),
         nouns=_texts(entries["nouns"], "nouns"),

@@ -33,6 +33,8 @@ def written(text: str, letter_of: Callable[[str], Figure]) -> Figure:
         points = [point for stroke in one.strokes for point in stroke]
         low, bottom = (min(point[axis] for point in points) for axis in (0, 1))
         scale = _HEIGHT / (max(y for _, y in points) - bottom)
-        strokes += [tuple((left + (x - low) * scale, (y - bottom) * scale) for x, y in stroke) for stroke in one.strokes]
+        strokes += [
+            tuple((left + (x - low) * scale, (y - bottom) * scale) for x, y in stroke) for stroke in one.strokes
+        ]
         left += (max(x for x, _ in points) - low) * scale + _GAP
     return Figure(f"{WORD}{text}", (f"{WORD}{text}", text), tuple(strokes), least=least)

@@ -41,9 +41,7 @@ class _SceneWords:
 
     def __init__(self, objects: Sequence[SceneObject]) -> None:
         self._nouns = Referents(objects)
-        self._colours = {
-            colour for each in objects if each.attributes is not None for colour in each.attributes.colors
-        }
+        self._colours = {colour for each in objects if each.attributes is not None for colour in each.attributes.colors}
 
     def presence(self, word: str) -> int:
         """Say whether a word names something here."""
@@ -55,4 +53,3 @@ class _SceneWords:
         if colours is not None:
             return COLOUR_HERE if self._colours & set(colours) else COLOUR_ABSENT
         return NOUN_ABSENT if self._nouns.is_noun(word) else NO_NAME
-

@@ -107,7 +107,9 @@ class NetworkWriter:
             for _ in range(POSITIONS):
                 steps = [step for one in beam for step in one.steps(self.decoder, len(words), count, answers)]
                 steps.sort(key=lambda step: -step.score)
-                found += [WrittenGoal(tuple(words), one.actions, math.exp(one.score)) for one in steps[:count] if one.ended]
+                found += [
+                    WrittenGoal(tuple(words), one.actions, math.exp(one.score)) for one in steps[:count] if one.ended
+                ]
                 beam = [one for one in steps[:count] if not one.ended]
                 found = sorted(found, key=lambda goal: -goal.certainty)[:count]
                 least = found[-1].certainty if len(found) == count else 0.0
@@ -157,7 +159,10 @@ class _Unfinished:
 
 
 def load_network(
-    name: str, folder: Path, encoder: SentenceEncoder, made: Callable[[Mapping[str, Any], dict[str, np.ndarray]], Network]
+    name: str,
+    folder: Path,
+    encoder: SentenceEncoder,
+    made: Callable[[Mapping[str, Any], dict[str, np.ndarray]], Network],
 ) -> Network:
     """Load a network over the lower layers of the sentence encoder: the goal network, or the verifier.
 

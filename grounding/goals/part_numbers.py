@@ -61,7 +61,9 @@ def still_to_build(goal: Goal, standing: Collection[int]) -> Goal:
         standing: the numbers of the parts that stand.
     """
     kept = {number for number in range(len(goal.parts)) if number not in standing}
-    kept |= {other for number in kept for other, part in enumerate(goal.parts) if PartReference(number) in _speaks_of(part)}
+    kept |= {
+        other for number in kept for other, part in enumerate(goal.parts) if PartReference(number) in _speaks_of(part)
+    }
     for number in sorted(kept):
         part = goal.parts[number]
         if isinstance(part, RelationPart) and part.relation == "on" and isinstance(part.reference, PartReference):

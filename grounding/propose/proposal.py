@@ -40,7 +40,9 @@ class WordedGoal:
     @property
     def phrases(self) -> tuple[str, ...]:
         """Return the text's words for objects."""
-        own = (each for part in self.parts for key in ("objects", "reference", "around") for each in part.get(key) or ())
+        own = (
+            each for part in self.parts for key in ("objects", "reference", "around") for each in part.get(key) or ()
+        )
         return (*(each for each in own if isinstance(each, str)), *self.kept)
 
 

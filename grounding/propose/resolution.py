@@ -82,14 +82,18 @@ def _asked(
     """
     said = [text for part in worded.parts for key in ("objects", "reference", "around") for text in part.get(key) or ()]
     question, kept = doubt.question, dict[str, Goal]()
-    possible = combinations(doubt.indices, doubt.count) if math.comb(len(doubt.indices), doubt.count) <= MOST_ANSWERS else ()
+    possible = (
+        combinations(doubt.indices, doubt.count) if math.comb(len(doubt.indices), doubt.count) <= MOST_ANSWERS else ()
+    )
     for indices in possible if doubt.phrase in said else ():
         one, name = chosen(indices), ", ".join(names[index] for index in indices)
         if one.goal is not None and not one.problem:
             kept[name] = one.goal
         elif one.question is not None and one.choices:  # other words can be each of several, too
             kept |= {f"{name}, {other}": goal for other, goal in zip(one.question.options, one.choices, strict=True)}
-            question = replace(question, text=f"{doubt.question.text.removesuffix('; which one?')}; and {one.question.text}")
+            question = replace(
+                question, text=f"{doubt.question.text.removesuffix('; which one?')}; and {one.question.text}"
+            )
     if not 0 < len(kept) <= MOST_ANSWERS:
         return Proposal(certainty=worded.certainty, question=doubt.question)
     question = replace(question, options=tuple(kept))

@@ -50,7 +50,12 @@ class StandIns:
         shapes: dict[str, str] = {}
         for shape in sorted(wanted):
             free = [one for one in TAUGHT_SHAPES if one not in spoken and one not in shapes.values()]
-            asked = {key for part in before.structures if part.shape == shape for key in (*dict(part.spec.tokens()), *part.keys)}
+            asked = {
+                key
+                for part in before.structures
+                if part.shape == shape
+                for key in (*dict(part.spec.tokens()), *part.keys)
+            }
             if free:
                 alike = sorted(free, key=partial(_difference, shape, asked - {"shape"}))
                 shapes[shape] = alike[min(number, len(alike) - 1)]
@@ -66,7 +71,9 @@ class StandIns:
             article = re.search(r"\b[Aa]n?(?= $)", found)
             if article is not None:
                 found = f"{found[: article.start() + 1]}{'n' if noun[0] in 'aeiou' else ''} "
-            found += " ".join(filter(None, (one.lead and re.sub(r"\ba$", "an" if noun[0] in "aeiou" else "a", one.lead), noun)))
+            found += " ".join(
+                filter(None, (one.lead and re.sub(r"\ba$", "an" if noun[0] in "aeiou" else "a", one.lead), noun))
+            )
             end = one.end
         return found + self.said[end:]
 
@@ -84,7 +91,9 @@ class StandIns:
     def parts(self, written: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
         """Return the parts that the network wrote with the new shapes in their place."""
         back = {taught: shape for shape, taught in self.shapes.items()}
-        return tuple(part | {"shape": back.get(part["shape"], part["shape"])} if "shape" in part else part for part in written)
+        return tuple(
+            part | {"shape": back.get(part["shape"], part["shape"])} if "shape" in part else part for part in written
+        )
 
     def are_objects(self, phrases: Sequence[str]) -> bool:
         """Return whether phrases for objects have the noun of a stand-in: what it stands for is no structure."""

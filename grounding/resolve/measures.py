@@ -130,7 +130,9 @@ _LONGEST_FACTOR = max(map(len, _FACTORS))
 
 
 # Before and after a length: it is meant as it is said.
-_BEFORE = frozenset("about around roughly approximately approx circa exactly precisely nearly almost only just clear full".split())
+_BEFORE = frozenset(
+    "about around roughly approximately approx circa exactly precisely nearly almost only just clear full".split()
+)
 _PHRASES_BEFORE = (
     ("a", "good"), ("at", "least"), ("at", "most"), ("no", "less", "than"), ("no", "more", "than"), ("more", "or", "less"),
     ("something", "like"), ("not", "less", "than"),

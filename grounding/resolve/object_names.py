@@ -117,9 +117,7 @@ def as_named(text: str, names: Sequence[str | None]) -> str:
     return "".join((*out, text[end:]))
 
 
-def _named_run(
-    text: str, words: list[re.Match[str]], first: int, runs: Mapping[str, str]
-) -> tuple[int, str]:
+def _named_run(text: str, words: list[re.Match[str]], first: int, runs: Mapping[str, str]) -> tuple[int, str]:
     """Return the last of the words from `first` on that are a name, and its other spelling; "" if it is spelled so."""
     said = [word.group().lower() for word in words[first : first + _LONGEST_NAME]]
     if said[0] in FUNCTION_WORDS and said[0] not in KINDS:

@@ -261,7 +261,11 @@ class SaidPhrases:
     def again(self) -> list[int]:
         """Return the objects of the current phrase where it stands in a goal more often than it is said."""
         now = self.current
-        same = (each.found for each in self.all if each is not now and now and (each.source, each.place) == (now.source, now.place))
+        same = (
+            each.found
+            for each in self.all
+            if each is not now and now and (each.source, each.place) == (now.source, now.place)
+        )
         return list(next(filter(None, same), ()))
 
     def kept(self) -> set[int]:

@@ -26,7 +26,9 @@ _RELATIONS = {
     "on": "on top of|on",
     "in": "inside of|inside|within|in",
 }
-_NEAREST = re.compile(rf"{_STANDING}(?:the )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )")
+_NEAREST = re.compile(
+    rf"{_STANDING}(?:the )?(?P<how>closest|nearest|nearer|closer|furthest|further)(?: away)?(?: (?:to|from))?(?= )"
+)
 
 
 def _patterns(words: dict[str, str]) -> dict[str, re.Pattern[str]]:

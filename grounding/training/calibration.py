@@ -78,7 +78,9 @@ def texts(encoder: SentenceEncoder) -> Iterator[JudgedText]:
             return goal is not None and one.goal is not None and compare_goals(one.goal, goal, count).exact
 
         def is_labelled_in_scene(
-            one: Proposal, is_meant: Callable[[Proposal], bool] = is_labelled, text: str = row.text,
+            one: Proposal,
+            is_meant: Callable[[Proposal], bool] = is_labelled,
+            text: str = row.text,
             there: Sequence[SceneObject] = objects,
         ) -> bool:
             return one.worded is not None and is_meant(resolved(one.worded, text, there, encoder))

@@ -60,7 +60,9 @@ def _with(goal: Goal, number: int, part: Part) -> Goal:
     return Goal(tuple(part if place == number else each for place, each in enumerate(goal.parts)))
 
 
-def _structure(part: StructurePart, others: Sequence[int], count: int, rng: np.random.Generator) -> StructurePart | None:
+def _structure(
+    part: StructurePart, others: Sequence[int], count: int, rng: np.random.Generator
+) -> StructurePart | None:
     kind = rng.random()
     filled = [slot for slot, _ in part.spec.tokens() if slot != "shape"] + list(part.keys)
     if kind < 0.35 and filled:
@@ -105,7 +107,9 @@ def _other_value(part: StructurePart, key: str, rng: np.random.Generator) -> Any
         return value * float(rng.choice(_FACTORS))
     if key in ("rows", "columns"):
         return value + 1
-    return str(rng.choice(EDGES if key == "along" else LEGAL_VALUES[key])) if key not in ("around", "group_by") else None
+    return (
+        str(rng.choice(EDGES if key == "along" else LEGAL_VALUES[key])) if key not in ("around", "group_by") else None
+    )
 
 
 def _other_objects(objects: Any, others: Sequence[int], least: int, rng: np.random.Generator) -> tuple[int, ...] | None:

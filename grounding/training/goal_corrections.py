@@ -31,11 +31,30 @@ _LENGTH = re.compile(
     r"(?P<key>gap|radius|length|distance|left|right|closer|away) (?!of )(?P<words>[^{}]+?)(?: ?\{(?P<metres>[\d.]+)\})?"
 )
 _REFERENCE = re.compile(rf"(?P<key>around|inside|{'|'.join(one for one in PLACED if one != 'in')}) (?P<objects>.*)")
-_PRONOUNS = frozenset((
-    "it", "them", "they", "these", "those", "this", "that", "him", "her", "this one", "that one", "the former", "the latter",
-    *(f"{which} {many}" for which in ("these", "those") for many in ("ones", "two", "three", "four")),
-    "the pair", "the two", "the three", "both", "both of them", "all of them",
-))
+_PRONOUNS = frozenset(
+    (
+        "it",
+        "them",
+        "they",
+        "these",
+        "those",
+        "this",
+        "that",
+        "him",
+        "her",
+        "this one",
+        "that one",
+        "the former",
+        "the latter",
+        *(f"{which} {many}" for which in ("these", "those") for many in ("ones", "two", "three", "four")),
+        "the pair",
+        "the two",
+        "the three",
+        "both",
+        "both of them",
+        "all of them",
+    )
+)
 UNDECIDED = "unclear"  # what the network writes where the new value has to be computed
 
 
@@ -214,7 +233,9 @@ def _rewritten(cell: str, rendition: Rendition, said: str, kept: Set[int]) -> st
     covered = {index for one in covering for index in one.objects}
     in_order = list[str]()
     for words, indices in named:
-        phrases = sorted((one for one in covering if set(one.objects) & set(indices)), key=lambda one: _first(one, indices))
+        phrases = sorted(
+            (one for one in covering if set(one.objects) & set(indices)), key=lambda one: _first(one, indices)
+        )
         in_order += [words] if words in new else [one.words for one in phrases]
     if covered - old and not (head.endswith(" of") and covered - old <= kept):
         raise LabelError(f"no phrase of the goal stands for objects {sorted(old)}")
@@ -243,7 +264,21 @@ def _metres(words: str) -> float:
 
 # How people begin when they want something else, or something more. What is said about other objects, without such a beginning, is more.
 _ANEW = ("scrap that, ", "forget that. ", "new idea: ", "start over: ", "no, do something else. ")
-_MORE = ("", "", "", "", "also ", "and ", "and then ", "plus ", "then ", "in addition, ", "oh and ", "next, ", "and also ")
+_MORE = (
+    "",
+    "",
+    "",
+    "",
+    "also ",
+    "and ",
+    "and then ",
+    "plus ",
+    "then ",
+    "in addition, ",
+    "oh and ",
+    "next, ",
+    "and also ",
+)
 
 
 class DrawnCorrections:

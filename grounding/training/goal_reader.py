@@ -186,4 +186,3 @@ def _initial(encoder: SentenceEncoder, options: GoalNetworkTraining) -> GoalNetw
     layers = {name: torch.from_numpy(array.astype(np.float32)) for name, array in base_arrays().items()}
     network.load_state_dict({name: layers.get(name, tensor) for name, tensor in network.state_dict().items()})
     return network
-

@@ -16,7 +16,18 @@ from grounding.resolve.attributes import SceneObject
 from grounding.structure_words import STRUCTURES
 from grounding.training.goal_lines import LabelError, LabelledGoal, labelled
 
-_PUT = ("put {a}", "place {a}", "set {a}", "move {a}", "please put {a}", "can you put {a}", "{a}", "i want {a}", "lay {a}", "get {a}")
+_PUT = (
+    "put {a}",
+    "place {a}",
+    "set {a}",
+    "move {a}",
+    "please put {a}",
+    "can you put {a}",
+    "{a}",
+    "i want {a}",
+    "lay {a}",
+    "get {a}",
+)
 _RELATIONS = {
     "left of": ("left of", "to the left of", "on the left of"), "right of": ("right of", "to the right of", "on the right of"),
     "in front of": ("in front of", "before"), "behind": ("behind", "in the back of"), "next to": ("next to", "beside", "by"),
@@ -30,8 +41,30 @@ _PLACES = {
 _WAYS = {"left": "to the left", "right": "to the right", "away": "away from me", "closer": "closer to me"}
 _JOINS = (" and ", ", and ", ", then ", ". ", " and then ")
 TWO = 0.2  # share of the draws that are two wishes about different objects
-_KINDS = ("relation", "relation", "place", "between", "swap", "move", "structure", "structure", "beside", "listed", "listed", "all")
-_EVERYTHING = ("everything", "all objects", "all of the objects", "every object", "all of it", "all the things", "it all", "all")
+_KINDS = (
+    "relation",
+    "relation",
+    "place",
+    "between",
+    "swap",
+    "move",
+    "structure",
+    "structure",
+    "beside",
+    "listed",
+    "listed",
+    "all",
+)
+_EVERYTHING = (
+    "everything",
+    "all objects",
+    "all of the objects",
+    "every object",
+    "all of it",
+    "all the things",
+    "it all",
+    "all",
+)
 _ONLY = ("only {said}", "just {said}", "nothing but {said}", "{said} only", "{said} and nothing else")
 _VERBS = {"line": ("line up", "align"), "tower": ("stack", "stack up"), "cluster": ("gather", "collect", "bunch up")}
 OFTEN, SELDOM = 0.4, 0.15  # shares of the structures that have a place, and of those that say "only"
@@ -61,7 +94,12 @@ class PlainWishes:
             if len(found) > 1 and found[0][1].partition(" of ")[0] in STRUCTURES:
                 found[1] = (found[1][0], found[1][1].replace("structure 1", "structure 2"), found[1][2])
             try:
-                return labelled(str(self._one(_JOINS)).join(text for text, *_ in found), "; ".join(line for _, line, _ in found), 0, scene)
+                return labelled(
+                    str(self._one(_JOINS)).join(text for text, *_ in found),
+                    "; ".join(line for _, line, _ in found),
+                    0,
+                    scene,
+                )
             except LabelError:  # as of too few objects for a phrase
                 continue
 
@@ -75,7 +113,9 @@ class PlainWishes:
             phrases = [phrase.words for phrase in object_phrases(alike, objects)]
             others = [place for place in places if place not in alike]
             beside = kind == "beside" and bool(others)
-            text, line = self._structure(" and ".join(phrases), " + ".join(phrases), len(alike), 0.0 if beside else OFTEN)
+            text, line = self._structure(
+                " and ".join(phrases), " + ".join(phrases), len(alike), 0.0 if beside else OFTEN
+            )
             if not beside:
                 return text, line, tuple(alike)
             relation, b = str(self._one(_BESIDE)), object_phrases(others[:1], objects)[0].words

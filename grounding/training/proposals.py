@@ -70,7 +70,9 @@ def read_proposals(path: Path) -> list[ProposedGoals]:
 
 
 def write_proposals(
-    path: Path, network: Path | None = None, report: Report = silent,
+    path: Path,
+    network: Path | None = None,
+    report: Report = silent,
     rows: Sequence[GoalLine | GoalCorrection] | None = None,
 ) -> None:
     """Write the proposals for labelled texts, a line of JSON each; a file that is there is completed.

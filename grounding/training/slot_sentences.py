@@ -22,7 +22,9 @@ _OPEN = re.compile(
     r"except|apart|same|favou?rite|rn)\b",
     re.IGNORECASE,
 )
-_EXCEPTED = re.compile(r"\b(?:except|excluding|apart|besides|minus|without|leav\w+|spouts?|handles?|labels?)\b", re.IGNORECASE)
+_EXCEPTED = re.compile(
+    r"\b(?:except|excluding|apart|besides|minus|without|leav\w+|spouts?|handles?|labels?)\b", re.IGNORECASE
+)
 _GENERAL = re.compile("|".join(rf"\b(?:all )?(?:the )?{word}\b" for word in OBJECT_WORDS))
 
 

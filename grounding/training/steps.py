@@ -62,7 +62,9 @@ def one_cycle(
         groups: weights, and their peak learning rate.
         steps: of the optimiser.
     """
-    optimiser = torch.optim.AdamW([{"params": list(weights), "lr": rate} for weights, rate in groups], weight_decay=0.01)
+    optimiser = torch.optim.AdamW(
+        [{"params": list(weights), "lr": rate} for weights, rate in groups], weight_decay=0.01
+    )
     rates = [group["lr"] for group in optimiser.param_groups]
     # A cycle of one step more, as its last step has no rate.
     return optimiser, torch.optim.lr_scheduler.OneCycleLR(optimiser, rates, total_steps=steps + 1, pct_start=0.1)
@@ -71,7 +73,9 @@ def one_cycle(
 def split_weights(network: nn.Module, layers: str) -> tuple[list[nn.Parameter], list[nn.Parameter]]:
     """Return a network's weights whose names begin with `layers`, which know English already, and the others."""
     named = list(network.named_parameters())
-    return [each for name, each in named if name.startswith(layers)], [each for name, each in named if not name.startswith(layers)]
+    return [each for name, each in named if name.startswith(layers)], [
+        each for name, each in named if not name.startswith(layers)
+    ]
 
 
 def take_steps(

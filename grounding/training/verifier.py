@@ -149,7 +149,9 @@ def save(network: VerifierNetwork, encoder: SentenceEncoder, out: Path, steps: i
     weights = json.loads(there.read_text(encoding="utf-8"))["weights"] if there.is_file() else []
     config = {"steps": steps, "encoder_sha256": encoder.checksum, "difference_to": record, "weights": weights}
     state = {name: tensor.detach().numpy() for name, tensor in network.state_dict().items()}
-    write_all_whole(out, {"model.safetensors": packed_bytes(state, base), "config.json": json.dumps(config, indent=1) + "\n"})
+    write_all_whole(
+        out, {"model.safetensors": packed_bytes(state, base), "config.json": json.dumps(config, indent=1) + "\n"}
+    )
 
 
 def examples_of(row: ProposedGoals, rng: np.random.Generator) -> list[Example]:
@@ -204,9 +206,7 @@ def _slot_examples(slots: SlotSentences, rng: np.random.Generator) -> list[Examp
     return [Example(pair_of(text, one, ()), right, (UNKNOWN,) * len(task.words)) for one, right in judged]
 
 
-def _batches(
-    rows: Sequence[ProposedGoals], slots: SlotSentences, rng: np.random.Generator
-) -> Iterator[list[Example]]:
+def _batches(rows: Sequence[ProposedGoals], slots: SlotSentences, rng: np.random.Generator) -> Iterator[list[Example]]:
     """Draw batches of pairs of like length."""
     drawn = list[Example]()
     while len(drawn) < BATCH * BUCKET:
@@ -243,7 +243,10 @@ def loss_of(network: VerifierNetwork, encoder: SentenceEncoder, rows: Sequence[P
     """Return the mean loss of judging the proposals of texts; not a number where there are none."""
     network.eval()
     pairs = [
-        (pair_of(row.text, one, there, row.before), row.goal is not None and compare_goals(one, row.goal, len(there)).exact)
+        (
+            pair_of(row.text, one, there, row.before),
+            row.goal is not None and compare_goals(one, row.goal, len(there)).exact,
+        )
         for row, there in ((row, goal_scenes()[row.scene]) for row in rows)
         for one in row.goals
     ]
@@ -267,4 +270,3 @@ def _initial(encoder: SentenceEncoder, start: Path | None) -> VerifierNetwork:
     tensors = {name: torch.from_numpy(np.array(array, dtype=np.float32)) for name, array in state.items()}
     network.load_state_dict(tensors, strict=start is not None)
     return network
-

@@ -28,7 +28,11 @@ def infeasible(goal: Goal, names: Sequence[str]) -> str:
     elsewhere = {one for one in goal.named_objects() if isinstance(one, int)}
     for part in goal.parts:
         if isinstance(part, StructurePart):
-            members = [one for one in range(len(names)) if one not in elsewhere] if part.objects is None else list(part.objects)
+            members = (
+                [one for one in range(len(names)) if one not in elsewhere]
+                if part.objects is None
+                else list(part.objects)
+            )
             found = _structure(part, members, names) or _pieces(part, goal, names)
         else:
             found = _relation(part, names)
@@ -48,7 +52,11 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
         return f"{what} needs {words.least} objects, and no object is left for it"
     if len(members) < words.least:
         count = f"{those} {'are' if len(members) > 1 else 'is'} only {len(members)}"
-        instead = _fewer(part, members) if len(members) > 1 else Goal((RelationPart("at", tuple(members), x_position="left"),))  # type: ignore[arg-type]
+        instead = (
+            _fewer(part, members)
+            if len(members) > 1
+            else Goal((RelationPart("at", tuple(members), x_position="left"),))
+        )  # type: ignore[arg-type]
         needed = words.least if words.figure is None else words.figure.legal_numbers()
         return f"{what} needs {needed} objects, and {count}; say {worded_goal(instead, names)!r}"
     if words.figure is not None and len(members) not in words.figure.legal:
@@ -88,7 +96,9 @@ def _filled(rows: int, columns: int, count: int) -> bool:
 
 def _nearest_grid(rows: int, columns: int, count: int) -> tuple[int, int]:
     """Return the rows and columns nearest to those asked for that some objects fill."""
-    fitting = [(each, math.ceil(count / each)) for each in range(1, count + 1) if _filled(each, math.ceil(count / each), count)]
+    fitting = [
+        (each, math.ceil(count / each)) for each in range(1, count + 1) if _filled(each, math.ceil(count / each), count)
+    ]
     return min(fitting, key=lambda one: abs(one[0] - rows) + abs(one[1] - columns))
 
 
@@ -100,8 +110,14 @@ def _relation(part: RelationPart, names: Sequence[str]) -> str:
     """Say why some objects cannot be where they are to be, or ""."""
     if part.relation == "in" and isinstance(part.reference, PartReference):
         return f"{describe_part(part, names)!r} cannot be: an object can be in another one, or in the middle of a ring"
-    if part.relation == "on" and isinstance(part.reference, tuple) and any(_is_ball(one, names) for one in part.reference):
-        instead = worded_goal(Goal((replace(part, relation="next to"),)), names) if isinstance(part.objects, tuple) else ""
+    if (
+        part.relation == "on"
+        and isinstance(part.reference, tuple)
+        and any(_is_ball(one, names) for one in part.reference)
+    ):
+        instead = (
+            worded_goal(Goal((replace(part, relation="next to"),)), names) if isinstance(part.objects, tuple) else ""
+        )
         under = worded_objects(part.reference, names)
         return f"nothing stands on {under}: a ball rolls" + (f"; say {instead!r}" if instead else "")
     return ""

@@ -29,7 +29,11 @@ def lost_numbers(text: str, goal: Goal, phrases: Sequence[str], before: Goal = G
         before: the goal so far: what is said of it may repeat its numbers.
     """
     copied = {value for phrase in phrases for _, value, _, _ in _numbers(phrase)}
-    lengths, sizes, counts = [*_lengths(goal), *_lengths(before)], {*_grid(goal), *_grid(before)}, {*_counts(goal), *_counts(before)}
+    lengths, sizes, counts = (
+        [*_lengths(goal), *_lengths(before)],
+        {*_grid(goal), *_grid(before)},
+        {*_counts(goal), *_counts(before)},
+    )
     nouns = {phrase.lower().split()[-1] for phrase in phrases if phrase.split()}
     lost, named = list[str](), ""
     for said, value, is_length, follows in _numbers(text):
@@ -63,7 +67,12 @@ def _lengths(goal: Goal) -> Iterator[float]:
 
 
 def _grid(goal: Goal) -> Iterator[float]:
-    yield from (float(value) for part in goal.parts for key in ("rows", "columns") if (value := getattr(part, key, None)) is not None)
+    yield from (
+        float(value)
+        for part in goal.parts
+        for key in ("rows", "columns")
+        if (value := getattr(part, key, None)) is not None
+    )
 
 
 def _counts(goal: Goal) -> Iterator[float]:

@@ -53,7 +53,14 @@ def with_supports(bodies: Sequence[PlacedBody]) -> list[PlacedBody]:
         )  # fmt: skip
         found.append(
             PlacedBody(
-                body.name, body.category, body.footprint, body.centroid, body.z_bottom, body.z_top, body.front_yaw, carriers
+                body.name,
+                body.category,
+                body.footprint,
+                body.centroid,
+                body.z_bottom,
+                body.z_top,
+                body.front_yaw,
+                carriers,
             )
         )
     return found

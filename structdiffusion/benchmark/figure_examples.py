@@ -50,7 +50,10 @@ def example_of(scene: GoalScene, library: Sequence[ObjectModel]) -> Example:
             reason = str(error)
             continue
         # The reader stands on the robot's side: right is -y, away is +x.
-        outlines = [turned(turned(items[i].footprint, by) + at, np.pi / 2) for i, by, at in zip(draft.order, draft.turns, draft.offsets)]
+        outlines = [
+            turned(turned(items[i].footprint, by) + at, np.pi / 2)
+            for i, by, at in zip(draft.order, draft.turns, draft.offsets)
+        ]
         middles = turned(draft.offsets, np.pi / 2)
         return _seen(figure_named(name), outlines, middles, draft.heights, [items[i].height for i in draft.order])
     raise SceneError(f"no example of {name!r} with {count} objects: {reason}")
@@ -65,7 +68,11 @@ def _seen(
     shapes = [shapely.Polygon(outline) for outline in outlines]
     tops = bottoms + np.array(heights)
     rests_on = tuple(
-        tuple(j for j in range(len(shapes)) if j != i and abs(tops[j] - bottoms[i]) < 0.008 and shapes[i].intersection(shapes[j]).area > 1e-5)
+        tuple(
+            j
+            for j in range(len(shapes))
+            if j != i and abs(tops[j] - bottoms[i]) < 0.008 and shapes[i].intersection(shapes[j]).area > 1e-5
+        )
         if bottoms[i] > 0.005
         else ()
         for i in range(len(shapes))

@@ -90,9 +90,7 @@ class GoalScene:
 
     def verdict(self, goal_from_initial: np.ndarray, aside: Sequence[int] = ()) -> Verdict:
         """Check the motions (N, 4, 4) of all objects in physics; some of them only make room."""
-        bodies = TabletopBodies(
-            self.models, self.world_from_initial, self.table, names=self.names, colors=self.colors
-        )
+        bodies = TabletopBodies(self.models, self.world_from_initial, self.table, names=self.names, colors=self.colors)
         return place_and_check(bodies, goal_from_initial, self.goal, aside)
 
     def rival_verdicts(self, world_from_final: np.ndarray) -> dict[str, bool | None]:

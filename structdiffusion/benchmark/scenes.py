@@ -153,9 +153,7 @@ def draw_evaluation_scenes(
     yield from in_parallel(partial(_drawn, seed, conditions), tuple, (tuple(models),), jobs, workers)
 
 
-def _drawn(
-    seed: int, conditions: Conditions, models: Sequence[ObjectModel], job: tuple[str, int]
-) -> EvaluationScene:
+def _drawn(seed: int, conditions: Conditions, models: Sequence[ObjectModel], job: tuple[str, int]) -> EvaluationScene:
     shape, number = job
     return draw_evaluation_scene(models, shape, number, seed=seed, conditions=conditions)
 

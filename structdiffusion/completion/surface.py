@@ -51,7 +51,9 @@ def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None, c
 
 def _surface_points(parts: tuple[np.ndarray, ...], count: int) -> np.ndarray:
     """Draw points (`count`, 3) evenly on the hulls of convex parts (V, 3), the same at each call."""
-    triangles = np.concatenate([found for part in parts if (found := _triangles(part)) is not None] or [np.empty((0, 3, 3))])
+    triangles = np.concatenate(
+        [found for part in parts if (found := _triangles(part)) is not None] or [np.empty((0, 3, 3))]
+    )
     if not len(triangles):
         return np.empty((0, 3))
     rng = np.random.default_rng(0)

@@ -50,4 +50,6 @@ def read_arrays(path: Path, *names: str) -> dict[str, np.ndarray]:
         raise
     except (BadZipFile, ZlibError, EOFError, ValueError) as error:
         raise DataFolderError(f"{path} is incomplete, or not a file of arrays; {again}") from error
+
+
 SHEET_NAME = "datasheet.json"  # datasheet of a data folder

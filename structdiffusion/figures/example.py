@@ -62,7 +62,10 @@ def figure_of(example: Example, name: str, nouns: Sequence[str]) -> Figure:
         return Figure(name, tuple(nouns), pattern=tile, least=_LEAST_PATTERN)
     size = diameter(points)
     drawn = (points - points.mean(axis=0)) * (2.0 / size)
-    strokes = [tuple((round(float(x), 3), round(float(y), 3)) for x, y in drawn[list(chain)]) for chain in strokes_through(points, example.order)]
+    strokes = [
+        tuple((round(float(x), 3), round(float(y), 3)) for x, y in drawn[list(chain)])
+        for chain in strokes_through(points, example.order)
+    ]
     ends = {end for stroke in strokes if stroke[0] != stroke[-1] or len(stroke) == 1 for end in (stroke[0], stroke[-1])}
     closed = sum(stroke[0] == stroke[-1] and len(stroke) > 1 for stroke in strokes)
     # What is needed for as many strokes and ends; whether so few show the outline is known when they are laid out.
@@ -122,7 +125,8 @@ def _in_order(points: np.ndarray, order: Sequence[int]) -> dict[int, list[int]]:
     usual = float(np.median(distances.min(axis=1)))
     pairs = list(pairwise(order))
     even = [
-        abs(distances[i, j] - distances[j, k]) <= _UNEVEN * distances[i, j] and _turn(points[i], points[j], points[k]) < _STRAIGHT
+        abs(distances[i, j] - distances[j, k]) <= _UNEVEN * distances[i, j]
+        and _turn(points[i], points[j], points[k]) < _STRAIGHT
         for i, j, k in zip(order, order[1:], order[2:])
     ]
     edges = set()
@@ -283,5 +287,6 @@ def _blocks(
 def _rows(along: np.ndarray, level: dict[int, int]) -> list[list[int]]:
     """Return the objects of each level, from the left to the right."""
     return [
-        sorted((i for i in level if level[i] == number), key=lambda i: along[i]) for number in range(max(level.values()) + 1)
+        sorted((i for i in level if level[i] == number), key=lambda i: along[i])
+        for number in range(max(level.values()) + 1)
     ]

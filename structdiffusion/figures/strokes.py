@@ -53,8 +53,7 @@ class Places:
         return (*(points[list(chain)] for chain in self.chains), *dots)
 
     def apart(self) -> list[tuple[int, int]]:
-        """Return the pairs of places that are clearly apart in the drawing: not joined, and farther than two that are.
-        """
+        """Return the pairs of places that are clearly apart in the drawing: not joined, and farther than two that are."""
         steps = {frozenset(step) for step in self.steps}
         longest = np.zeros(len(self.points))
         for i, j in self.steps:
@@ -92,13 +91,21 @@ def places_of(figure: Figure, count: int) -> Places:
 
 def _cost(places: Places) -> float:
     """Return how far places are from the drawing, and how uneven their steps are, each in units of its limit."""
-    off = chamfer(sampled(places.lines(places.points), 0.01 * places.width), sampled(places.curves, 0.01 * places.width))
-    uneven = [variation(np.array([np.linalg.norm(places.points[i] - places.points[j]) for i, j in pairwise(chain)])) for chain in places.chains]
+    off = chamfer(
+        sampled(places.lines(places.points), 0.01 * places.width), sampled(places.curves, 0.01 * places.width)
+    )
+    uneven = [
+        variation(np.array([np.linalg.norm(places.points[i] - places.points[j]) for i, j in pairwise(chain)]))
+        for chain in places.chains
+    ]
     steps = np.array([np.linalg.norm(places.points[i] - places.points[j]) for i, j in places.steps])
     longest = float(steps.max() / steps.mean()) - 1.0 if len(steps) else 0.0
     # The drawing counts more: what is uneven is evened out when the objects' widths are known. From one stroke to
     # another steps may differ, but a stroke of one long step, as the bar of an H, is hardly seen.
-    return 6.0 * off / (MAX_FIGURE_OFF_SHARE * places.width) + 0.5 * (max(uneven, default=0.0) + longest) / MAX_GAP_VARIATION
+    return (
+        6.0 * off / (MAX_FIGURE_OFF_SHARE * places.width)
+        + 0.5 * (max(uneven, default=0.0) + longest) / MAX_GAP_VARIATION
+    )
 
 
 def variation(gaps: np.ndarray) -> float:
@@ -123,8 +130,7 @@ class _Drawing:
         return [0.0, *(angle + 1e-3 for angle in angles)]
 
     def sampled(self, least: float, count: int) -> list[Places]:
-        """Return ways to have `count` places with the corners whose angle is `least` or more; none if these are too many.
-        """
+        """Return ways to have `count` places with the corners whose angle is `least` or more; none if these are too many."""
         stops = [sorted(t for t, worth in keys.items() if worth >= least) for keys in self.keys]
         nodes: list[np.ndarray] = []
         spans: list[tuple[int, float, float]] = []
@@ -178,7 +184,8 @@ class _Drawing:
         for _ in range(left - int(least.sum())):
             inner[int((lengths / (inner + 1)).argmax())] += 1
         ways = [inner]
-        for of_stroke in (True, False):  # equally long spans of one stroke, and of all, as the four halves of the legs of an H
+        # Equally long spans of one stroke, and of all, as the four halves of the legs of an H
+        for of_stroke in (True, False):
             alike: dict[tuple[int, float], list[int]] = {}
             for number, (k, a, b) in enumerate(spans):
                 alike.setdefault((k if of_stroke else 0, round((b - a) / self.width, 2)), []).append(number)
@@ -238,7 +245,11 @@ class _Drawing:
 
     def _direction(self, number: int, t: float) -> float:
         step = 0.02 * float(self.along[number][-1])
-        low, high = (t - step, t + step) if self._closed(number) else (max(t - step, 0.0), min(t + step, self.along[number][-1]))
+        low, high = (
+            (t - step, t + step)
+            if self._closed(number)
+            else (max(t - step, 0.0), min(t + step, self.along[number][-1]))
+        )
         way = self._at(number, high) - self._at(number, low % self.along[number][-1] if low < 0 else low)
         return math.atan2(way[1], way[0])
 

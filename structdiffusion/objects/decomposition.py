@@ -119,9 +119,7 @@ def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.
     return few_vertices(vertices[hull.vertices], MAX_SINGLE_VERTICES)
 
 
-def _decompose(
-    vertices: np.ndarray, faces: np.ndarray, max_parts: int, resolution: int
-) -> tuple[np.ndarray, ...]:
+def _decompose(vertices: np.ndarray, faces: np.ndarray, max_parts: int, resolution: int) -> tuple[np.ndarray, ...]:
     # V-HACD pulls its voxels toward nearby vertices: on large triangles its error is several centimetres.
     vertices, faces = refine(vertices, faces, 1 / 60)
     raw = vhacdx.compute_vhacd(

@@ -23,8 +23,7 @@ _UNIT, _STUD, _STUD_HEIGHT = 0.016, 0.0047, 0.0045  # m: pitch, radius and heigh
 
 
 def _turned(profile: Callable[[np.ndarray], np.ndarray], length: float) -> np.ndarray:
-    """Return vertices of a body of revolution about the x axis, with radius (A,) as a function of position in [0, 1].
-    """
+    """Return vertices of a body of revolution about the x axis, with radius (A,) as a function of position in [0, 1]."""
     at = 0.5 - 0.5 * np.cos(np.linspace(0.06, math.pi - 0.06, _ALONG))  # denser at the ends, which are more curved
     angle = np.arange(_AROUND) * 2 * math.pi / _AROUND + math.pi / 2
     radius = profile(at)
@@ -133,9 +132,7 @@ _MANY = {"beaker": 3, "studded brick": 2}
 
 def everyday_objects(count: int = 6, seed: int = 0) -> list[ObjectModel]:
     """Return `count` objects of each kind, and more of cups and bricks. The same seed gives the same objects."""
-    return [
-        _everyday_object(kind, index, seed) for kind in KINDS for index in range(count * _MANY.get(kind, 1))
-    ]
+    return [_everyday_object(kind, index, seed) for kind in KINDS for index in range(count * _MANY.get(kind, 1))]
 
 
 def _everyday_object(kind: str, index: int, seed: int) -> ObjectModel:

@@ -80,8 +80,7 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
 
 
 def _fit_circle(points: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Fit a circle to the outline of points (P, 2); return its centre (2,), its radius, and the deviation from round.
-    """
+    """Fit a circle to the outline of points (P, 2); return its centre (2,), its radius, and the deviation from round."""
     outline = points[ConvexHull(points).vertices]
     terms = np.column_stack([2 * outline, np.ones(len(outline))])
     x, y, constant = np.linalg.lstsq(terms, (outline**2).sum(axis=1), rcond=None)[0]
@@ -90,9 +89,7 @@ def _fit_circle(points: np.ndarray) -> tuple[np.ndarray, float, float]:
     return np.array([x, y]), radius, float(np.percentile(error, 90))
 
 
-def _cut(
-    mesh: trimesh.Trimesh, normal: np.ndarray, point: np.ndarray
-) -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
+def _cut(mesh: trimesh.Trimesh, normal: np.ndarray, point: np.ndarray) -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
     """Cut a surface by a plane; return the surfaces in front of and behind it."""
     front = trimesh.intersections.slice_mesh_plane(mesh, normal, point)
     return front, trimesh.intersections.slice_mesh_plane(mesh, -normal, point)
@@ -134,9 +131,7 @@ def _across(slope: float, angle: float) -> np.ndarray:
     return np.array([math.sin(slope) * math.cos(angle), math.sin(slope) * math.sin(angle), math.cos(slope)])
 
 
-def _bands(
-    wedge: trimesh.Trimesh, angle: float, slope: float, offsets: tuple[float, ...]
-) -> list[trimesh.Trimesh]:
+def _bands(wedge: trimesh.Trimesh, angle: float, slope: float, offsets: tuple[float, ...]) -> list[trimesh.Trimesh]:
     """Cut a wall piece by parallel planes at rising offsets (metres along their normal)."""
     normal, bands = _across(slope, angle), []
     for offset in offsets:
@@ -146,8 +141,7 @@ def _bands(
 
 
 def _without_floor(wall: trimesh.Trimesh, radius: float) -> trimesh.Trimesh:
-    """Remove remains of an uneven floor from the wall: a piece that includes them would fill the vessel up to the rim.
-    """
+    """Remove remains of an uneven floor from the wall: a piece that includes them would fill the vessel up to the rim."""
     level = wall.face_normals[:, 2] > _LEVEL
     within = np.linalg.norm(wall.triangles_center[:, :2], axis=1) < _FLOOR_WITHIN * radius
     wall = trimesh.Trimesh(wall.vertices, wall.faces[~(level & within)])
@@ -156,9 +150,7 @@ def _without_floor(wall: trimesh.Trimesh, radius: float) -> trimesh.Trimesh:
     return trimesh.Trimesh(wall.vertices, wall.faces[np.concatenate(large)]) if large else wall
 
 
-def _best_cuts(
-    wedges: list[trimesh.Trimesh], middles: list[float]
-) -> tuple[float, tuple[float, ...], float]:
+def _best_cuts(wedges: list[trimesh.Trimesh], middles: list[float]) -> tuple[float, tuple[float, ...], float]:
     """Find the slope and one or two offsets of the cuts whose hulls follow the surface best, and their error.
 
     The criterion is the mean over every fourth wall piece of the error that 3 % of its surface exceeds.
@@ -184,8 +176,7 @@ def _best_cuts(
 
 
 def _errors(surface: trimesh.Trimesh, hulls: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Return how far (F,), metres, the faces of a surface lie inside the hulls, or the hulls extend in front of them.
-    """
+    """Return how far (F,), metres, the faces of a surface lie inside the hulls, or the hulls extend in front of them."""
     inside = -signed_distance(surface.triangles_center, hulls)
     filled = -signed_distance(surface.triangles_center + _IN_FRONT * surface.face_normals, hulls)
     return np.maximum(inside, np.where(filled > 0, filled + _IN_FRONT, 0.0))

@@ -204,9 +204,7 @@ class _Composer:
         for index in aside:
             if index >= self.state.count:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]
-                raise LayoutError(
-                    f"the {above.name} stands on the {below.name}, and cannot be moved"
-                )
+                raise LayoutError(f"the {above.name} stands on the {below.name}, and cannot be moved")
             if index in named and index in self.state.carriers:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]
                 raise LayoutError(

@@ -40,11 +40,20 @@ def add_object(client: int, model: ObjectModel) -> int:
     look = {"rgbaColor": (*model.color, 1.0), "specularColor": (0.1, 0.1, 0.1)}
     visual = pybullet.createVisualShape(pybullet.GEOM_MESH, fileName=surface, **look, **here)
     body = pybullet.createMultiBody(
-        model.mass, shape, visual, baseInertialFramePosition=frame[:3, 3].tolist(),
-        baseInertialFrameOrientation=quaternion_from_matrix(frame).tolist(), **here,
+        model.mass,
+        shape,
+        visual,
+        baseInertialFramePosition=frame[:3, 3].tolist(),
+        baseInertialFrameOrientation=quaternion_from_matrix(frame).tolist(),
+        **here,
     )
     pybullet.changeDynamics(
-        body, -1, lateralFriction=model.friction, collisionMargin=MARGIN,
-        localInertiaDiagonal=mass.inertia.tolist(), **CONTACT, **here,
+        body,
+        -1,
+        lateralFriction=model.friction,
+        collisionMargin=MARGIN,
+        localInertiaDiagonal=mass.inertia.tolist(),
+        **CONTACT,
+        **here,
     )
     return body

@@ -236,8 +236,14 @@ class TabletopWorld:
 
     def _render(self, camera: DepthCamera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         _, _, color, buffer, segmentation = pybullet.getCameraImage(
-            camera.width, camera.height, camera.view_matrix, camera.projection_matrix,
-            lightDirection=(0.6, 0.9, 2.0), shadow=1, renderer=pybullet.ER_TINY_RENDERER, **self._here,
+            camera.width,
+            camera.height,
+            camera.view_matrix,
+            camera.projection_matrix,
+            lightDirection=(0.6, 0.9, 2.0),
+            shadow=1,
+            renderer=pybullet.ER_TINY_RENDERER,
+            **self._here,
         )
         size = (camera.height, camera.width)
         color = np.asarray(color, dtype=np.uint8).reshape(*size, 4)[..., :3]

@@ -55,9 +55,7 @@ def on_table_check(bodies: Sequence[PlacedBody]) -> Check:
     return Check("objects on top of others", stacked == 0, stacked, "0")
 
 
-def position_checks(
-    bodies: Sequence[PlacedBody], centre: np.ndarray, spec: StructureSpec, table: Table
-) -> list[Check]:
+def position_checks(bodies: Sequence[PlacedBody], centre: np.ndarray, spec: StructureSpec, table: Table) -> list[Check]:
     """Check the thirds of its range in which the centre (2,) lies; left is +y, top is +x.
 
     The range is that in which the centre can lie with everything on the table.

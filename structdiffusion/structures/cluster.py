@@ -94,7 +94,6 @@ class Cluster(SpreadStructure):
             checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, self.centre(bodies), spec, table)
 
-
     def corrections(self, bodies: Sequence[PlacedBody], size: str | None) -> np.ndarray:
         """Return how far (N, 2), metres, each body moves: together if they lie apart, and into the size's band.
 

@@ -89,7 +89,9 @@ class FlatFigure(SpreadStructure):
             )
         off = matched(places, offsets, turn).off
         if off > _KEPT * MAX_FIGURE_OFF_SHARE:
-            raise LayoutError(f"these objects cannot show {a_structure(self.name)}: it would be {off:.2f} off the drawing")
+            raise LayoutError(
+                f"these objects cannot show {a_structure(self.name)}: it would be {off:.2f} off the drawing"
+            )
         return Draft(tuple(order), offsets - offsets.mean(axis=0), np.zeros(len(items)), turns, self._heading(turn))
 
     def _spaced(
@@ -139,11 +141,17 @@ class FlatFigure(SpreadStructure):
         places, match = self._match(bodies, spec)
         standing = [bodies[i] for i in match.order]
         limit = MAX_FIGURE_OFF_SHARE
-        checks.append(Check("outline off the drawing (share of its width)", match.off <= limit, match.off, f"<= {limit:g}"))
+        checks.append(
+            Check("outline off the drawing (share of its width)", match.off <= limit, match.off, f"<= {limit:g}")
+        )
         joined = _joined_otherwise(places, standing)
         checks.append(Check("ends, junctions and strokes that differ", joined == 0, joined, "0"))
         uneven = _uneven(places, [body.footprint for body in standing], None)
-        checks.append(Check("variation of the gaps along a stroke", uneven <= MAX_GAP_VARIATION, uneven, f"<= {MAX_GAP_VARIATION:g}"))
+        checks.append(
+            Check(
+                "variation of the gaps along a stroke", uneven <= MAX_GAP_VARIATION, uneven, f"<= {MAX_GAP_VARIATION:g}"
+            )
+        )
         checks.append(on_table_check(bodies))
         if spec.rotation is not None:
             degrees = abs(math.degrees(wrap_angle(self._heading(match.heading) - HEADING_OF_ROTATION[spec.rotation])))

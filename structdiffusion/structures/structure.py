@@ -109,9 +109,7 @@ class Structure(Protocol):
         """Return whether an object can take part."""
         return thing.flat_bottom and thing.radius < WIDEST / 2
 
-    def choose(
-        self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-    ) -> list[Traits]:
+    def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose the objects of a drawn scene.
 
         Args:
@@ -230,9 +228,7 @@ def choose_first(candidates: Sequence[Traits], wanted: int, name: str, least: in
     return list(candidates[:wanted])
 
 
-def choose_alike(
-    candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool
-) -> Sequence[Traits]:
+def choose_alike(candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> Sequence[Traits]:
     """Return candidates with a common noun in half of the cases, if there are enough and no nouns were given."""
     if named or rng.random() >= 0.5:
         return candidates

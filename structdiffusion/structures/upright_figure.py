@@ -25,7 +25,16 @@ from structdiffusion.structures.flat_figure import count_check, require_legal
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.pyramid import carries_in_walls, flush_turn
 from structdiffusion.structures.sequences import measure
-from structdiffusion.structures.structure import LIFT, STANDING, TALLEST, Draft, LayoutError, Structure, Traits, a_structure
+from structdiffusion.structures.structure import (
+    LIFT,
+    STANDING,
+    TALLEST,
+    Draft,
+    LayoutError,
+    Structure,
+    Traits,
+    a_structure,
+)
 
 # Degrees by which an object may lean that lies on several of different heights, as in a pyramid.
 _LEAN = math.tan(math.radians(3.0))
@@ -123,7 +132,9 @@ class UprightFigure(Structure):
         high = np.array([float((outline @ direction).max()) for outline in outlines])
         middles = places_along(blocks, high - low)
         if middles is None:
-            raise LayoutError(f"what bridges {a_structure(self.name)} is too short or too broad to lie on what carries it")
+            raise LayoutError(
+                f"what bridges {a_structure(self.name)} is too short or too broad to lie on what carries it"
+            )
         heights: list[float] = []
         for own in supports_of(blocks):
             tops = [heights[k] + items[order[k]].height + LIFT for k in own]

@@ -29,9 +29,7 @@ class TrainingState:
 
     def __init__(self, model: Checkpointed, learning_rate: float, weight_decay: float) -> None:
         self.model = model
-        self.optimizer = torch.optim.AdamW(
-            model.parameters(), lr=learning_rate, weight_decay=weight_decay, fused=True
-        )
+        self.optimizer = torch.optim.AdamW(model.parameters(), lr=learning_rate, weight_decay=weight_decay, fused=True)
         self.average = {name: tensor.detach().clone() for name, tensor in model.state_dict().items()}
         self.step, self.seconds = 0, 0.0
 

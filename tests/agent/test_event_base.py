@@ -31,7 +31,11 @@ def test_an_event_is_sent_to_every_listener():
 
 
 def test_pictures_are_no_part_of_a_payload():
-    assert Pictured("a", "b", np.zeros((2, 2, 3), np.uint8)).to_dict() == {"kind": "pictured", "name": "a", "caption": "b"}
+    assert Pictured("a", "b", np.zeros((2, 2, 3), np.uint8)).to_dict() == {
+        "kind": "pictured",
+        "name": "a",
+        "caption": "b",
+    }
 
 
 def test_numbers_that_are_not_finite_are_null():

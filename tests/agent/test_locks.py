@@ -31,7 +31,9 @@ def pins(*names: str) -> dict[str, list[tuple[Requirement, list[str]]]]:
             if entry and not entry.startswith("#"):
                 requirement, *hashes = entry.split("--hash=")
                 parsed = Requirement(requirement)
-                found.setdefault(canonicalize_name(parsed.name), []).append((parsed, [digest.strip() for digest in hashes]))
+                found.setdefault(canonicalize_name(parsed.name), []).append(
+                    (parsed, [digest.strip() for digest in hashes])
+                )
     return found
 
 
@@ -54,7 +56,9 @@ def project() -> dict:
 def installation(tmp_path):
     """Runs scripts/install.sh with an environment that only notes what it is asked for."""
 
-    def run(*arguments: str, torch: str = 'echo "Successfully installed torch"', refused: str = "NONE", **variables: str):
+    def run(
+        *arguments: str, torch: str = 'echo "Successfully installed torch"', refused: str = "NONE", **variables: str
+    ):
         calls, program = tmp_path / "calls", tmp_path / "venv" / "bin" / "python"
         program.parent.mkdir(parents=True)
         program.write_text(RECORDER.format(calls=calls, torch=torch, refused=refused))
@@ -93,7 +97,9 @@ def test_locks_hold_only_versions_with_hashes():
             assert re.fullmatch(r"==[0-9][^,*]*", str(pin.specifier)) and pin.url is None, pin
             assert hashes and all(re.fullmatch("sha256:[0-9a-f]{64}", digest) for digest in hashes), pin
     # Where the files come from is the user's choice.
-    assert not [name for name in names if re.search(r"://|^\s*-(?!-hash)", (LOCKS / f"{name}.txt").read_text(), re.MULTILINE)]
+    assert not [
+        name for name in names if re.search(r"://|^\s*-(?!-hash)", (LOCKS / f"{name}.txt").read_text(), re.MULTILINE)
+    ]
 
 
 def test_both_builds_of_torch_are_of_one_version():

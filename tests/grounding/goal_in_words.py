@@ -7,7 +7,9 @@ from grounding.goals.parts import ORDER_STARTS, RELATIONS, Order, PartReference,
 from grounding.spec import SHAPES, SIZES, X_POSITIONS, Y_POSITIONS
 from grounding.structure_words import KEYS
 
-_RELATION = re.compile(rf"(?P<objects>.+?) (?P<relation>{'|'.join(sorted(RELATIONS, key=len, reverse=True))})\b ?(?P<rest>.*)")
+_RELATION = re.compile(
+    rf"(?P<objects>.+?) (?P<relation>{'|'.join(sorted(RELATIONS, key=len, reverse=True))})\b ?(?P<rest>.*)"
+)
 
 
 def goal_of_words(text: str) -> Goal:

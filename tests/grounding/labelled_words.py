@@ -27,5 +27,7 @@ def resolved_label(row, encoder=None):
     before = goals_of(row)[0]
     rendition = rendition_of(before, objects)
     read = parts_of(AfterGoal(task.words, actions, 1.0, rendition), " ".join(task.words))
-    worded = WordedGoal(1.0, read.parts, read.kept, read.answer, known=rendition.known, before=before, about=rendition.text)
+    worded = WordedGoal(
+        1.0, read.parts, read.kept, read.answer, known=rendition.known, before=before, about=rendition.text
+    )
     return resolved(worded, row.text, objects, encoder)

@@ -79,7 +79,11 @@ class OddTexts:
     def _exchanged(self, words: list[str]) -> list[str]:
         pool = self.random.choice(_WORDS)
         alike = [n for n, word in enumerate(words) if word.lower().strip(",.") in pool] or list(range(len(words)))
-        return [*words[: (at := self.random.choice(alike))], self.random.choice(pool), *words[at + 1 :]] if alike else words
+        return (
+            [*words[: (at := self.random.choice(alike))], self.random.choice(pool), *words[at + 1 :]]
+            if alike
+            else words
+        )
 
     def _added(self, words: list[str]) -> list[str]:
         at = self._number(len(words))

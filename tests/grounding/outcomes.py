@@ -35,7 +35,9 @@ def stranger_rows() -> list[GoalRow]:
     found = []
     for line in filter(held_out, goal_lines()[:FIRST_WRITERS]):
         label, count = line.label.strip(" ."), len(goal_scenes()[line.scene])
-        status, also = {"unclear": ("ask", "refused")}.get(label, ("refused", "ask") if label in NO_GOAL else ("ok", None))
+        status, also = {"unclear": ("ask", "refused")}.get(
+            label, ("refused", "ask") if label in NO_GOAL else ("ok", None)
+        )
         try:
             goals = (goal_of(line.label, count),) if status == "ok" else ()
         except LabelError:

@@ -31,7 +31,9 @@ class ScriptedReader:
 
     def interpret(self, text, objects=None, before=Goal()):
         self.asked.append((str(before), text))
-        said = self.script.get(f"{before} > {text}", self.script.get(text) if not before.parts or "*" not in self.script else None)
+        said = self.script.get(
+            f"{before} > {text}", self.script.get(text) if not before.parts or "*" not in self.script else None
+        )
         common = {"parse": Parse(text, StructureSpec(), "scripted"), "spec": StructureSpec(), "viewpoint": self.viewpoint,
                   "objects": None, "seconds": 0.0}  # fmt: skip
         if said is None:

@@ -80,9 +80,7 @@ def test_training_text_never_contains_a_sentence_of_the_benchmark():
 
 def test_templated_rows_have_both_held_out_splits():
     rows = templated_rows()
-    counts = {
-        name: sum(found.stratum == name for found in rows) for name in {found.stratum for found in rows}
-    }
+    counts = {name: sum(found.stratum == name for found in rows) for name in {found.stratum for found in rows}}
     assert len(rows) == len(all_sentences())
     assert set(counts) == {"seen", "held-out template", "held-out combination"} and min(counts.values()) > 500
 

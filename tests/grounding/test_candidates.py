@@ -21,7 +21,9 @@ class Verifier:
 
     def judge(self, pairs):
         return [
-            Judgement(float(number), np.array([0.9 * word.startswith("x") for word in pair.words[pair.first : pair.end]]))
+            Judgement(
+                float(number), np.array([0.9 * word.startswith("x") for word in pair.words[pair.first : pair.end]])
+            )
             for number, pair in enumerate(pairs)
         ]
 
@@ -31,7 +33,10 @@ def parse(**slots):
 
 
 def test_proposals_of_the_same_goal_are_added_up():
-    ones = [Proposal(goal_of_words(words), share) for words, share in (("0 left of 1", 0.2), ("line of 0, 1", 0.5), ("0 left of 1", 0.4))]
+    ones = [
+        Proposal(goal_of_words(words), share)
+        for words, share in (("0 left of 1", 0.2), ("line of 0, 1", 0.5), ("0 left of 1", 0.4))
+    ]
     answers = [Proposal(None, 0.1, "nothing"), Proposal(None, 0.2, "nothing"), Proposal(None, 0.05, problem="no")]
     found = added_up([*ones, *answers], 3)
     assert [(str(one.goal or one.answer or one.problem), round(one.certainty, 2)) for one in found] == [

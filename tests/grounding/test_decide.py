@@ -52,7 +52,10 @@ def test_what_can_be_had_does_not_take_the_place_of_what_was_likelier_meant(cert
 @pytest.mark.parametrize(("follows", "status"), [(True, "ask"), (False, "ok")])
 def test_words_that_nobody_knows_are_asked_about_or_told(follows, status):
     found = decide([Candidate(LINE, 9, unknown=("gronk",))], (LINE,), BY_VERIFIER, follows)
-    assert found.status == status and (found.chosen.unknown, found.offered) == (("gronk",), (LINE.goal,) if follows else ())
+    assert found.status == status and (found.chosen.unknown, found.offered) == (
+        ("gronk",),
+        (LINE.goal,) if follows else (),
+    )
     assert found.chosen.lost == ("gronk",)
 
 
@@ -66,4 +69,5 @@ def test_a_wish_without_a_shape_asks_for_one():
     objects = Proposal(goal_of_words("structure of 0, 1, 2"), 0.3)
     unclear = Proposal(None, 0.5, "unclear")
     found = decide([Candidate(objects, -3.0)], (unclear, objects), BY_VERIFIER)
-    assert found.status == "ok" and found.chosen.proposal is objects  # a goal without a shape leads to the question of its shape
+    # A goal without a shape leads to the question of its shape
+    assert found.status == "ok" and found.chosen.proposal is objects

@@ -45,7 +45,9 @@ def goal_of(label):
         slots = {slot: value for slot, value in slots.items() if value != "?"}
         count, _, those = cells[0].rpartition(" of ")
         objects = indices(those)[: int(count)] if count else indices(those)
-        parts.append(RelationPart("at", objects, **slots) if head == "at" else StructurePart(head, objects=objects, **slots))
+        parts.append(
+            RelationPart("at", objects, **slots) if head == "at" else StructurePart(head, objects=objects, **slots)
+        )
     return Goal(tuple(parts))
 
 

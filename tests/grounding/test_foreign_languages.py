@@ -43,7 +43,9 @@ def test_no_instruction_of_the_benchmark_is_taken_for_another_language(encoder):
 
 
 def test_an_interpreter_refuses_them(interpreter):
-    first, second, third = interpreter.interpret_many(["stack the cans", "bau einen Turm aus den Dosen", "make a circle"])
+    first, second, third = interpreter.interpret_many(
+        ["stack the cans", "bau einen Turm aus den Dosen", "make a circle"]
+    )
     assert (first.spec.shape, third.spec.shape) == ("tower", "circle")
     assert second.status == "refused" and not second.goal.parts
     assert second.message == (

@@ -84,7 +84,9 @@ def there():
     return reader()
 
 
-@pytest.mark.parametrize(("scene", "text", "goals", "words"), ROWS, ids=[getattr(row, "values", row)[1][:60] for row in ROWS])
+@pytest.mark.parametrize(
+    ("scene", "text", "goals", "words"), ROWS, ids=[getattr(row, "values", row)[1][:60] for row in ROWS]
+)
 def test_nothing_is_lost_in_silence(there, scene, text, goals, words):
     objects = goal_scenes()[scene] if isinstance(scene, str) else scene
     found = there.interpret(text, objects)

@@ -143,7 +143,11 @@ def test_words_for_objects_are_looked_up_where_the_scene_comes_later(with_model)
 
 def test_its_question_refusal_and_remark_are_passed_on(with_model):
     goals = tuple(Goal((StructurePart("tower", objects=two),)) for two in ((0, 1), (0, 2)))
-    replies = ModelReply("ask", question="Which?", options=goals), ModelReply("refuse", reason="No."), ModelReply("none", reason="Two.")
+    replies = (
+        ModelReply("ask", question="Which?", options=goals),
+        ModelReply("refuse", reason="No."),
+        ModelReply("none", reason="Two."),
+    )
     reader = with_model(Model(*replies))
     asked, refused, remark = (reader.interpret(text, CUPS) for text in ("stack two cans", "a bridge", "how many?"))
     assert (asked.status, asked.message, asked.choices) == ("ask", "Which?", goals)
@@ -175,7 +179,9 @@ def test_a_parser_that_cannot_be_used_gives_way_to_another_and_says_so(parser, e
     def unusable():
         raise LLMError("no model")
 
-    read = Interpreter(unusable, encoder, proposer, lambda: verifier, instead=lambda: parser).interpret("stack the cans")
+    read = Interpreter(unusable, encoder, proposer, lambda: verifier, instead=lambda: parser).interpret(
+        "stack the cans"
+    )
     assert read.status == "ok" and read.parse.parser == "embedding" and "no model" in read.fallback
     with pytest.raises(LLMError):
         Interpreter(unusable, encoder, proposer, lambda: verifier).interpret("stack the cans")

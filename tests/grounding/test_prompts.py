@@ -56,4 +56,6 @@ def test_the_prompt_of_goals_names_every_figure_that_is_shipped():
     line = next(line for line in load_prompt("read_goal").splitlines() if line.startswith("- FIGURES"))
     flat, upright = (re.split(", ", part) for part in re.search(r"capitals, (.*?)\. .*?size: (.*?)\.", line).groups())
     named = [figure_named(name) for name in figure_nouns(taught=False) if not name.startswith(("letter ", "digit "))]
-    assert flat == [one.name for one in named if not one.stacked] and upright == [one.name for one in named if one.stacked]
+    assert flat == [one.name for one in named if not one.stacked] and upright == [
+        one.name for one in named if one.stacked
+    ]

@@ -21,8 +21,14 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
 @pytest.mark.parametrize(
     ("found", "said"),
     [
-        (refused(Proposal(None, 0.9, problem="nothing here is 'the fork'")), "'do it' cannot be built: nothing here is 'the fork'"),
-        (refused(Proposal(None, 0.9, "nothing")), ", pyramid, a figure such as a heart or a letter T, or a place); say what should go where, as 'put cup next to the bowl'"),
+        (
+            refused(Proposal(None, 0.9, problem="nothing here is 'the fork'")),
+            "'do it' cannot be built: nothing here is 'the fork'",
+        ),
+        (
+            refused(Proposal(None, 0.9, "nothing")),
+            ", pyramid, a figure such as a heart or a letter T, or a place); say what should go where, as 'put cup next to the bowl'",
+        ),
         (
             refused(Proposal(None, 0.9, "unclear"), goal=LINE),
             "'do it' does not say clearly which objects or which place are meant; name them, or say 'a line of the four cans'",
@@ -31,11 +37,23 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
             refused(Proposal(LINE, 0.3), goal=LINE, lost=("upside down",)),
             "no goal can hold 'upside down' of 'do it'; leave it out: say 'a line of the four cans'",
         ),
-        (refused(Proposal(LINE, 0.3), goal=LINE), "it is not certain what 'do it' means; say 'a line of the four cans'"),
-        (refused(names=None), "it is not certain what 'do it' means; say what should go where, as 'stack the cans on the left'"),
-        (refused(names=("cup",)), "it is not certain what 'do it' means; say where it should stand, as 'put the cup on the left'"),
+        (
+            refused(Proposal(LINE, 0.3), goal=LINE),
+            "it is not certain what 'do it' means; say 'a line of the four cans'",
+        ),
+        (
+            refused(names=None),
+            "it is not certain what 'do it' means; say what should go where, as 'stack the cans on the left'",
+        ),
+        (
+            refused(names=("cup",)),
+            "it is not certain what 'do it' means; say where it should stand, as 'put the cup on the left'",
+        ),
         (refused(names=()), "it is not certain what 'do it' means; there is nothing here"),
-        (refused(Proposal(None, 0.9, "impossible"), goal=LINE), "'do it' does not ask for an arrangement of objects that can be built (circle, line, tower,"),
+        (
+            refused(Proposal(None, 0.9, "impossible"), goal=LINE),
+            "'do it' does not ask for an arrangement of objects that can be built (circle, line, tower,",
+        ),
     ],
 )
 def test_reasons(found, said):
@@ -68,14 +86,30 @@ def test_words_that_may_be_lost_are_told():
 @pytest.mark.parametrize(
     ("text", "names", "said"),
     [
-        ("put the cups in a ring", CUPS, "a circle needs 3 objects, and the two cups are only 2; say 'a line of the two cups'"),
-        ("arrange the cans in a cross", CUPS, "a cross needs 5 objects, and the four cans are only 4; say 'a line of the four cans'"),
+        (
+            "put the cups in a ring",
+            CUPS,
+            "a circle needs 3 objects, and the two cups are only 2; say 'a line of the two cups'",
+        ),
+        (
+            "arrange the cans in a cross",
+            CUPS,
+            "a cross needs 5 objects, and the four cans are only 4; say 'a line of the four cans'",
+        ),
         ("stack the banana on the bowl", CUPS, "banana"),
         ("put the cans in a grid of 3 rows and 3 columns", CUPS, "say 'a grid of the four cans with "),
-        ("make a circle of the balls", ("ball", "ball", "cup"), "a circle needs 3 objects, and the two balls are only 2"),
+        (
+            "make a circle of the balls",
+            ("ball", "ball", "cup"),
+            "a circle needs 3 objects, and the two balls are only 2",
+        ),
         ("put the mug on the left", ("plate", "cup", "bowl"), "there is no mug here; does 'the mug' mean: cup?"),
         ("put the banana on the left", ("plate", "cup"), "nothing here is 'the banana'; there is only: plate, cup"),
-        ("put the pineapples in a line", ("can", "can 2", "cup"), "nothing here is 'the pineapples'; there is only: can, can 2, cup"),
+        (
+            "put the pineapples in a line",
+            ("can", "can 2", "cup"),
+            "nothing here is 'the pineapples'; there is only: can, can 2, cup",
+        ),
         ("circle of forks", ("can", "can 2", "cup"), "nothing here is 'forks'"),
         ("put the mugs in a line", ("can", "cup", "cup 2"), "there is no mug here; does 'the mugs' mean: cup; cup 2?"),
         ("stack the balls", ("ball", "ball", "cup"), "nothing stands on a ball"),

@@ -35,8 +35,14 @@ def test_no_sentence_stands_in_two_files():
         ("The cans arrived in a large crate; make a row of them at the back.", ("line", None, None, "top", None)),
         ("Could the cans stand like a fence at the back?", ("line", None, None, "top", None)),
         ("Wouldn't it be lovely if the candles encircled an empty spot?", ("circle", None, None, None, None)),
-        ("I'd have done it if it weren't for my bad knee. The forks in a row, facing me.", ("line", None, None, None, "south")),
-        ("It isn't urgent, but whenever you find a minute stack the boxes on the left", ("tower", None, "left", None, None)),
+        (
+            "I'd have done it if it weren't for my bad knee. The forks in a row, facing me.",
+            ("line", None, None, None, "south"),
+        ),
+        (
+            "It isn't urgent, but whenever you find a minute stack the boxes on the left",
+            ("tower", None, "left", None, None),
+        ),
         ("The line of cups should be a short one at the back right", ("line", "small", "right", "top", None)),
         ("make acircle ont he left", ("circle", None, "left", None, None)),
     ],

@@ -35,7 +35,10 @@ NAMES = ["cup", "cup", "cup", "can", "can", "bowl"]
         ("a line facing away from the robot", "a line facing toward me"),
         ("a circle open towards you", "a circle open away from me"),
         ("the cups on your left and the cans on my left", "the cups on the right and the cans on my left"),
-        ("the cups close to you, the cans away from you on your right", "the cups far from me, the cans close to me on the left"),
+        (
+            "the cups close to you, the cans away from you on your right",
+            "the cups far from me, the cans close to me on the left",
+        ),
         ("the cans far from the robot and the cup to the right of you", "the cans close to me and the cup to the left"),
     ],
 )
@@ -94,7 +97,10 @@ def test_an_instruction_from_across(across, objects, text, found):
 
 
 def test_two_sides_from_across_are_built_in_a_scene_and_without_one(across):
-    text, found = "stack the cans on your left and put the cups in a row on my left", [("left", None, None), ("right", None, None)]
+    text, found = (
+        "stack the cans on your left and put the cups in a row on my left",
+        [("left", None, None), ("right", None, None)],
+    )
     for reading in (across.interpret(text, NAMES), across.interpret(text)):
         assert (reading.status, slots(reading.goal)) == ("ok", found), reading.message
 

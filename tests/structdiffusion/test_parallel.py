@@ -96,7 +96,10 @@ def test_a_worker_that_dies_costs_its_job_alone(workers):
 
 
 def test_a_worker_that_dies_while_it_loads_costs_nothing(tmp_path):
-    assert list(in_parallel(pair, load_once, (tmp_path / "tried",), ["a", "b"], 1)) == [("loaded", "a"), ("loaded", "b")]
+    assert list(in_parallel(pair, load_once, (tmp_path / "tried",), ["a", "b"], 1)) == [
+        ("loaded", "a"),
+        ("loaded", "b"),
+    ]
 
 
 def test_workers_that_always_die_while_they_load_are_given_up():
@@ -137,7 +140,9 @@ def test_workers_import_nothing_from_the_current_folder(tmp_path):
     foreign.mkdir()
     (programs / "main.py").write_text(PROGRAM)
     for name in ("multiprocessing", "pickle", "torch", "scipy", "structdiffusion"):
-        (foreign / f"{name}.py").write_text(f"open({str(foreign / 'ran')!r}, 'a').write({name!r})\nraise SystemExit(3)\n")
+        (foreign / f"{name}.py").write_text(
+            f"open({str(foreign / 'ran')!r}, 'a').write({name!r})\nraise SystemExit(3)\n"
+        )
     environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONSAFEPATH")}
     done = subprocess.run(
         [sys.executable, programs / "main.py"],

@@ -30,7 +30,8 @@ def figures(
     method: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="METHOD", help="template copy, curve fit, 'curve fit, no order' or name. Repeatable.  [default: all]"
+            metavar="METHOD",
+            help="template copy, curve fit, 'curve fit, no order' or name. Repeatable.  [default: all]",
         ),
     ] = None,
     family: Annotated[

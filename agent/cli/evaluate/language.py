@@ -121,8 +121,6 @@ def language(
     from agent.evaluation.language import LanguageConfig, measure_language, print_language
     from agent.evaluation.report import write_evaluation
 
-    config = LanguageConfig(
-        data, objects, model, weights, parser.value, seed, candidates, as_said, allow_unverified
-    )
+    config = LanguageConfig(data, objects, model, weights, parser.value, seed, candidates, as_said, allow_unverified)
     measure = partial(measure_language, config, limit, workers=workers, ray=ray, out=out)
     finish(measure, print_language, out, json_output, write_evaluation)

@@ -57,4 +57,10 @@ def steering(
     from agent.evaluation.report import write_evaluation
 
     config = SteeringConfig("ycb", weights, seed, allow_unverified=allow_unverified, model=model, hold=hold.value)
-    finish(partial(measure_steering, config, half, workers=workers, out=out), print_steering, out, json_output, write_evaluation)
+    finish(
+        partial(measure_steering, config, half, workers=workers, out=out),
+        print_steering,
+        out,
+        json_output,
+        write_evaluation,
+    )

@@ -100,7 +100,9 @@ def _row(config: FiguresConfig, loaded: LoadedPlanners, scene: GoalScene, observ
             write_figure(figure, path)
             part = replace(scene.goal.structures[0], shape=f"{LIKE}{path}")
             asked = replace(scene, goal=Goal((part, *scene.goal.parts[1:])))
-            arrangements, problem = proposals_of(loaded.planner(config.model, config), asked, observed, config.candidates)
+            arrangements, problem = proposals_of(
+                loaded.planner(config.model, config), asked, observed, config.candidates
+            )
         for arrangement in arrangements[:_TRIED]:
             verdicts.append(scene.verdict(arrangement.goal_from_initial, arrangement.aside))
             if verdicts[-1].success:

@@ -27,7 +27,9 @@ def print_figures(report: Mapping[str, Any], results: TextIO) -> None:
 
 
 def _success(report: Mapping[str, Any]) -> list[list[str]]:
-    table = [["method", "family", "n", "success", "95 %", "@5", "95 %", "named", *FAILURE_CLASSES, "no arrangement", "s"]]
+    table = [
+        ["method", "family", "n", "success", "95 %", "@5", "95 %", "named", *FAILURE_CLASSES, "no arrangement", "s"]
+    ]
     for method, families in report["aggregate"].items():
         for family, rates in families.items():
             cells = [method, family, str(rates["n"]), percent(rates["success"]["rate"]), interval(rates["success"])]
@@ -42,6 +44,8 @@ def _transfers(report: Mapping[str, Any]) -> list[list[str]]:
     table = [["method", *TRANSFERS, "loss"]]
     for method, families in report["aggregate"].items():
         rates = families["all"]
-        cells = [f"{percent(rates['transfers'][kind]['rate'])} of {rates['transfers'][kind]['n']}" for kind in TRANSFERS]
+        cells = [
+            f"{percent(rates['transfers'][kind]['rate'])} of {rates['transfers'][kind]['n']}" for kind in TRANSFERS
+        ]
         table.append([method, *cells, percent(rates["loss"])])
     return table

@@ -145,9 +145,7 @@ def _said(talk: Conversation, log: _Log, saying: Saying, rng: np.random.Generato
     }
 
 
-def _judged(
-    log: Sequence[Event], told: Sequence[events.Interjected], saying: Saying, goal: str, before: str
-) -> str:
+def _judged(log: Sequence[Event], told: Sequence[events.Interjected], saying: Saying, goal: str, before: str) -> str:
     """Return which of `RESULTS` something that was said has come to."""
     if not told:
         return "dropped"
@@ -184,7 +182,9 @@ def _report(config: SteeringConfig, rows: Sequence[Row]) -> dict[str, Any]:
         **report_frame(config.command(halves), len(drawn), config.seed),
         "rows": list(rows),
         "left_out": len(rows) - len(drawn),
-        "aggregate": {half: _rates([row for row in drawn if half in ("all", row.get("half"))]) for half in (*halves, "all")},
+        "aggregate": {
+            half: _rates([row for row in drawn if half in ("all", row.get("half"))]) for half in (*halves, "all")
+        },
     }
 
 

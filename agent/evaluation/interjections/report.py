@@ -15,14 +15,30 @@ def print_steering(report: Mapping[str, Any], results: TextIO) -> None:
     for half, rates in report["aggregate"].items():
         counts = [str(rates[one]["count"]) for one in RESULTS[1:]]
         right, stands = rates["right"], rates["stands"]
-        table.append([half, str(rates["n"]), percent(right["rate"]), interval(right), *counts, percent(stands["rate"]), interval(stands)])
+        table.append(
+            [
+                half,
+                str(rates["n"]),
+                percent(right["rate"]),
+                interval(right),
+                *counts,
+                percent(stands["rate"]),
+                interval(stands),
+            ]
+        )
     print_table(table, results)
     print(file=results)
     failed = [row for row in report["rows"] if row.get("result") != "right" or row.get("stands") is False]
     listed = [["number", "said", "at", "result", "outcome", "goal or trouble"]]
     for row in failed:
         about = row.get("trouble") if row.get("result") == "right" else row.get("goal")
-        cells = (row.get("sentence", ""), row.get("moment", ""), row.get("result", "lost"), row.get("outcome") or "-", about or "")
+        cells = (
+            row.get("sentence", ""),
+            row.get("moment", ""),
+            row.get("result", "lost"),
+            row.get("outcome") or "-",
+            about or "",
+        )
         listed.append([str(row["number"]), *cells])
     if failed:
         print_table(listed, results, left=6)

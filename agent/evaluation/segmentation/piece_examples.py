@@ -100,9 +100,7 @@ def examples_at(library: Sequence[ObjectModel], place: Place) -> list[Example]:
     return pair_examples(evidence.surface, evidence.proposals, votes.argmax(axis=1), rng)
 
 
-def _recorded(
-    library: Sequence[ObjectModel], place: Place, rng: np.random.Generator
-) -> tuple[Recording, np.ndarray]:
+def _recorded(library: Sequence[ObjectModel], place: Place, rng: np.random.Generator) -> tuple[Recording, np.ndarray]:
     """Record a hard scene; return its true labels (H, W) too.
 
     Raises:
@@ -120,9 +118,7 @@ def _recorded(
     return recording, labels
 
 
-def pair_examples(
-    surface: Surface, proposals: Proposals, truth: np.ndarray, rng: np.random.Generator
-) -> list[Example]:
+def pair_examples(surface: Surface, proposals: Proposals, truth: np.ndarray, rng: np.random.Generator) -> list[Example]:
     """Return examples of pairs.
 
     Args:

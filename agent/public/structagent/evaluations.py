@@ -128,12 +128,8 @@ def evaluate(
     from agent.evaluation.success.config import TOP_K, SuccessConfig
     from agent.evaluation.success.measure import measure_success
 
-    config = SuccessConfig(
-        objects, folder, seed, count, allow_unverified, top_k=min(TOP_K, count)
-    )
-    report = measure_success(
-        config, names, shapes, scenes, workers=workers, out=None if out is None else Path(out)
-    )
+    config = SuccessConfig(objects, folder, seed, count, allow_unverified, top_k=min(TOP_K, count))
+    report = measure_success(config, names, shapes, scenes, workers=workers, out=None if out is None else Path(out))
     return EvaluationReport(tuple(_rates(report)), report["command"], report)
 
 

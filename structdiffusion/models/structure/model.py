@@ -53,7 +53,10 @@ class StructureDiscriminator(Checkpointed):
         self.encoder = PointEncoder(3 + config.max_objects + 8, config.width, 2 * config.width, config.layers)
         self.word = nn.Embedding(config.vocabulary, 32)
         self.head = nn.Sequential(
-            nn.Linear(2 * config.width + 32 * len(LOCAL_SLOTS), 256), nn.GELU(), nn.Linear(256, 128), nn.GELU(),
+            nn.Linear(2 * config.width + 32 * len(LOCAL_SLOTS), 256),
+            nn.GELU(),
+            nn.Linear(256, 128),
+            nn.GELU(),
             nn.Linear(128, 1),
         )
 

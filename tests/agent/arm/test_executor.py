@@ -122,7 +122,9 @@ def test_a_tower_is_taken_down_into_a_line():
         assert [event.object for event in built if isinstance(event, Placed)][:3] == [2, 1, 0]
         table.world.step(0.5)
         for pose, goal in zip(table.world.poses(), goals, strict=True):
-            assert np.linalg.norm(pose[:3, 3] - goal[:3, 3]) < MAX_DISPLACEMENT and pose[2, 3] == pytest.approx(0.0, abs=0.003)
+            assert np.linalg.norm(pose[:3, 3] - goal[:3, 3]) < MAX_DISPLACEMENT and pose[2, 3] == pytest.approx(
+                0.0, abs=0.003
+            )
         assert table.world.supports() == [(TABLE,)] * 3
         assert [cloud.bottom for cloud in table.look().objects] == [0.0, 0.0, 0.0]
 

@@ -197,7 +197,9 @@ def test_what_fell_out_of_the_hand_may_stand_on_its_head(kind, index, doubt):
 def test_what_stands_in_the_hollow_of_a_plate_rests_on_it():
     """It stands 2 cm lower than on the plate's rim, where a solid plate would carry it."""
     models = [procedural_object("plate", 36), procedural_object("block", 6)]
-    with TabletopWorld(models, [pose_from_xyz_yaw(0.5, 0.0, 0.0, 0.0), pose_from_xyz_yaw(0.35, 0.3, 0.0, 0.0)]) as world:
+    with TabletopWorld(
+        models, [pose_from_xyz_yaw(0.5, 0.0, 0.0, 0.0), pose_from_xyz_yaw(0.35, 0.3, 0.0, 0.0)]
+    ) as world:
         world.settle()
         first = world.pose(1)
         scene = world.observe(np.random.default_rng(0))

@@ -25,12 +25,18 @@ def test_what_no_grasp_fits_is_fixed(scene):
     assert with_fixed(scene, "friction").fixed == (1,)
     raised = replace(scene, objects=tuple(replace(cloud, bottom=0.1) for cloud in scene.objects))
     assert with_fixed(raised, "friction").fixed == ()
-    assert with_fixed(scene, "friction").select((2, 1)).fixed == (1,) and with_fixed(scene, "friction").select((0, 2)).fixed == ()
+    assert (
+        with_fixed(scene, "friction").select((2, 1)).fixed == (1,)
+        and with_fixed(scene, "friction").select((0, 2)).fixed == ()
+    )
 
 
 def test_it_is_said(scene):
     assert describe_fixed(scene) == ""
-    assert describe_fixed(with_fixed(scene, "friction")) == "no grasp fits the chest, so the chest stays, and the rest is laid out around it"
+    assert (
+        describe_fixed(with_fixed(scene, "friction"))
+        == "no grasp fits the chest, so the chest stays, and the rest is laid out around it"
+    )
     two = replace(scene, fixed=(0, 1))
     assert describe_fixed(two).startswith("no grasp fits the can and the chest, so the can and the chest stay")
     assert describe_fixed(two, (0, 2)).startswith("no grasp fits the can, so the can stays")

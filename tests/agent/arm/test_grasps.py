@@ -66,7 +66,11 @@ def test_by_friction_only_steep_walls_and_narrow_sides_are_lifted():
     plate, bowl = ring(0.12, 0.025, 0.015), ring(0.08, 0.06, 0.045)
     wide, narrow = top_of_box((0.15, 0.15, 0.04)), top_of_box((0.06, 0.13, 0.12))
     for points in (plate, wide):
-        assert grasps_of(points) and not lifting(points) and len(grasps_of(points, friction=True)) == len(grasps_of(points))
+        assert (
+            grasps_of(points)
+            and not lifting(points)
+            and len(grasps_of(points, friction=True)) == len(grasps_of(points))
+        )
     assert lifting(bowl)[0].kind == "rim"
     assert lifting(narrow)
 

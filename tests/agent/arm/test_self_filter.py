@@ -1,6 +1,5 @@
 """Distances to the arm agree with the physics engine's, and with those to every solid one by one."""
 
-
 import numpy as np
 import pybullet
 import pytest

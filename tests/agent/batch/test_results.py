@@ -208,7 +208,6 @@ def no_room(descriptor: int) -> None:
     raise OSError(28, "No space left on device")
 
 
-
 def test_a_second_batch_on_the_same_folder_is_refused_by_the_command_line(tmp_path, capsys):
     (tmp_path / "rows.txt").write_text("make a line\n")
     with Results(tmp_path / "out"):

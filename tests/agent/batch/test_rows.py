@@ -72,7 +72,7 @@ def test_keys_are_called_as_the_flags(read, tmp_path):
         ("[" * 100_000, 6, ("not JSON",)),
         ('{"text": "a", "seed": ' + "9" * 5000 + "}", 6, ("not JSON",)),
         ('["a"]', 6, ("must be an object", '["a"]')),
-        ('{"seed": 1}', 6, ('"text"', 'is missing')),
+        ('{"seed": 1}', 6, ('"text"', "is missing")),
         ('{"text": 5}', 6, ("text must be a string", "5")),
         ('{"text": "half \\ud800"}', 6, ("surrogate",)),
         ('{"text": "a", "sceen": "x"}', 6, ('"sceen"', "legal: id, text, scene, objects")),

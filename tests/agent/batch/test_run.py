@@ -156,7 +156,9 @@ def test_again_it_does_what_is_missing_or_has_changed(capsys):
     output = json.loads(capsys.readouterr().out)
     assert (output["rows"], output["succeeded"], output["kept"], output["exit_code"]) == (4, 3, 2, 3)
     assert output["outcomes"] == {"0": 3, "3": 1} and output["shapes"]["tower"]["rows"] == 3
-    assert [(failure["id"], failure["line"], failure["step"]) for failure in output["failures"]] == [("moon", 1, "parse")]
+    assert [(failure["id"], failure["line"], failure["step"]) for failure in output["failures"]] == [
+        ("moon", 1, "parse")
+    ]
     second = {result["id"]: result for result in results_of("out")}
     assert list(second) == ["moon", "same", "edited", "lost"]
     assert second["same"] == first["same"] | {"line": 2}

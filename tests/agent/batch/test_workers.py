@@ -84,7 +84,11 @@ def test_without_ray_a_sentence_says_how_to_install_it(jobs, monkeypatch):
 
 @pytest.mark.parametrize(
     ("address", "said"),
-    [("127.0.0.1:1", "no server answers there"), ("ray://127.0.0.1:1", "no server answers there"), ("here", "legal: local")],
+    [
+        ("127.0.0.1:1", "no server answers there"),
+        ("ray://127.0.0.1:1", "no server answers there"),
+        ("here", "legal: local"),
+    ],
 )
 def test_a_cluster_that_is_not_there(jobs, address, said):
     with pytest.raises(UsageError, match=f"--ray cannot be '{address}'.*{said}"):

@@ -22,6 +22,7 @@ DESK = Path(__file__).parent / "desk.yaml"
 @pytest.fixture(autouse=True)
 def quick_arm(monkeypatch):
     """Let the arm move three times as fast as its limits: how it moves is the subject of `tests/agent/arm`."""
+
     def quick(path, period, limits):
         return trajectory(path, period, 3 * limits)
 
@@ -82,7 +83,9 @@ def told(cache, monkeypatch):
 
     def tell(meanings):
         script = MEANINGS | meanings
-        monkeypatch.setattr(cache, "interpreter", lambda options: ScriptedReader(script, options.viewpoint, cache.encoder))
+        monkeypatch.setattr(
+            cache, "interpreter", lambda options: ScriptedReader(script, options.viewpoint, cache.encoder)
+        )
 
     tell({})
     return tell

@@ -41,8 +41,13 @@ class Terminal:
         environment.pop("NO_COLOR", None)
         command, *arguments = structagent(*arguments)
         self._child = pexpect.spawn(
-            command, arguments, dimensions=(rows, columns), env=environment,
-            encoding="utf-8", timeout=LONGEST, cwd=str(home),
+            command,
+            arguments,
+            dimensions=(rows, columns),
+            env=environment,
+            encoding="utf-8",
+            timeout=LONGEST,
+            cwd=str(home),
             # Whoever runs the tests in the background ignores Ctrl-C, and so would everything that they start.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )

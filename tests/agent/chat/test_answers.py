@@ -36,7 +36,9 @@ def cloud(name, noun, color, at, sides, bottom=0.0) -> ObjectCloud:
 def seen(clouds) -> events.Perceived:
     scene = Scene(tuple(clouds), world_from_camera=np.eye(4), color=PICTURE)
     objects = tuple(
-        events.SeenObject(one.name, one.category, True, tuple(one.centroid.tolist()), len(one.points), display_name=one.name)
+        events.SeenObject(
+            one.name, one.category, True, tuple(one.centroid.tolist()), len(one.points), display_name=one.name
+        )
         for one in clouds
     )
     return events.Perceived(objects, TABLE, 0.0, scene=scene)
@@ -123,7 +125,13 @@ def test_words_of_a_recording_are_kept(known):
 
 def test_an_empty_table():
     known = Knowledge(seen([]), Situation(Dialogue(), (), {}))
-    for line in ("what do you see", "where is the cup", "is there a cup", "how many things are there", "which one is the tallest"):
+    for line in (
+        "what do you see",
+        "where is the cup",
+        "is there a cup",
+        "how many things are there",
+        "which one is the tallest",
+    ):
         assert "Nothing stands on the table." in answer(acts_of(line), known)
 
 

@@ -112,5 +112,11 @@ def test_some_of_the_objects_cannot_be_put_back():
 
 def test_tab_completes_them():
     offered = {command.name: command.words for command in COMMANDS}
-    for begun, name in (("/con", "/continue"), ("/st", "/stop"), ("/cl", "/clear"), ("/ba", "/back"), ("/res", "/reset")):
+    for begun, name in (
+        ("/con", "/continue"),
+        ("/st", "/stop"),
+        ("/cl", "/clear"),
+        ("/ba", "/back"),
+        ("/res", "/reset"),
+    ):
         assert [each.text for each in completions(begun, offered, ())] == [name]

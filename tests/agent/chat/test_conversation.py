@@ -55,7 +55,13 @@ def test_a_correction_changes_the_last_wish_with_the_same_objects(conversation, 
 
 
 def test_objects_can_be_added_and_removed(conversation, told):
-    told({"add the orange": "line of 0, 1, 2, 5", "remove cup 2": "line of 0, 2, 5", "the same with the boxes": "line of 3, 4"})
+    told(
+        {
+            "add the orange": "line of 0, 1, 2, 5",
+            "remove cup 2": "line of 0, 2, 5",
+            "the same with the boxes": "line of 3, 4",
+        }
+    )
     conversation.say("put the cups in a row")
     conversation.say("add the orange")
     assert conversation.situation.objects == (*CUPS, "orange")
@@ -70,7 +76,11 @@ def test_a_refusal_says_why_and_changes_nothing(conversation, sent, told):
     told({"make the cups a heart": "! a heart cannot be built", "what a nice day": "-"})
     conversation.say("put the cups in a small circle on the left")
     before = conversation.situation
-    for text, words in (("make the cups a heart", "cannot be built"), ("what a nice day", "ask for an arrangement"), ("hm", "not understood")):
+    for text, words in (
+        ("make the cups a heart", "cannot be built"),
+        ("what a nice day", "ask for an arrangement"),
+        ("hm", "not understood"),
+    ):
         sent.clear()
         assert not conversation.say(text)
         failed, finished = sent[-2:]
@@ -103,7 +113,10 @@ def test_what_was_proposed_is_turned_and_moved(conversation, sent):
     was = conversation.situation.proposal.realised[0].slots
     conversation.drop()
     conversation.say({"small": "bigger", "medium": "bigger", "large": "smaller"}[was.size])
-    assert conversation.situation.spoken.plain_spec.size == {"small": "medium", "medium": "large", "large": "medium"}[was.size]
+    assert (
+        conversation.situation.spoken.plain_spec.size
+        == {"small": "medium", "medium": "large", "large": "medium"}[was.size]
+    )
 
 
 def test_what_was_built_is_turned_across_the_table_too(conversation, sent):
@@ -158,7 +171,9 @@ def test_a_question_stays_open_and_is_dropped_alone(conversation, sent):
 
 
 def test_a_wish_without_an_arrangement_stays_open(conversation, told):
-    told({"far apart": "line of 0, 1, 2, gap 100 cm", "line of 0, 1, 2, gap 100 cm > rather a stack": "tower of 0, 1, 2"})
+    told(
+        {"far apart": "line of 0, 1, 2, gap 100 cm", "line of 0, 1, 2, gap 100 cm > rather a stack": "tower of 0, 1, 2"}
+    )
     conversation.say("put the cups in a line")
     proposal = conversation.situation.proposal
     assert not conversation.say("far apart")

@@ -77,6 +77,8 @@ def test_every_command_with_a_file_stays_inside(conversation, folders, access):
         f"/load {folders}/elsewhere/a.yaml", "/save ../out/a.yaml", "/load ../out/a.yaml", "/save b.yaml",
     )  # fmt: skip
     assert shown.count("`structagent serve --any-file` takes any") == 4
-    assert shown.count("saved ") == 2 and (folders / "out" / "a.yaml").exists() and (folders / "desk" / "b.yaml").exists()
+    assert (
+        shown.count("saved ") == 2 and (folders / "out" / "a.yaml").exists() and (folders / "desk" / "b.yaml").exists()
+    )
     assert not list((folders / "elsewhere").iterdir()) and not list((folders / "home").iterdir())
     assert "saved ../elsewhere/a.yaml" in talked(conversation, folders, FileAccess(), "/save ../elsewhere/a.yaml")

@@ -22,6 +22,7 @@ class Unplanned(Conversation):
     def _propose(self, situation):
         self._remember(situation)
 
+
 @pytest.fixture
 def talk(cache: ResourceCache, sent: EventLog):
     """Say lines as they are typed; returns the goal as it was spoken then."""
@@ -97,7 +98,10 @@ def test_a_whole_conversation(talk, sent):
 def test_a_correction_that_may_mean_two_parts_is_a_question(talk, sent):
     assert talk(TWO, "the other side") == PARTS
     asked = last(sent, events.Asked)
-    assert asked.options[0] == "tower of box 1, box 2, right; circle of cup 1, cup 2, cup 3, right" and len(asked.options) == 3
+    assert (
+        asked.options[0] == "tower of box 1, box 2, right; circle of cup 1, cup 2, cup 3, right"
+        and len(asked.options) == 3
+    )
     talk("what do you see")
     assert talk.conversation.question is not None
     assert talk("2") == "tower of 3, 4, left; circle of 0, 1, 2, left" and talk.conversation.question is None
@@ -135,7 +139,9 @@ def test_what_stands_is_not_built_again(cache, sent, told):
         assert conversation.situation.built
         assert not conversation.say("stack all") and "already so" in last(sent, events.Failed).message
         assert conversation.say("also put the orange behind the tower")
-        assert "what was built before stays as it stands" in [note.message for note in sent if isinstance(note, events.Noted)]
+        assert "what was built before stays as it stands" in [
+            note.message for note in sent if isinstance(note, events.Noted)
+        ]
         assert [goal["name"] for goal in last(sent, events.Chosen).goals] == ["orange"]
         assert str(conversation.situation.goal).endswith("; 5 behind part 1")
 
@@ -145,7 +151,9 @@ def test_proposed_and_tried_without_the_arm(cache, sent):
         assert conversation.say("put the orange next to box 1 and move cup 3 10 cm to the right")
         chosen = last(sent, events.Chosen)
         assert {goal["name"] for goal in chosen.goals} == {"cup 3", "orange"}
-        assert conversation.say("cup 3 5 cm more") and str(conversation.situation.goal).endswith("2 moved right by 15 cm")
+        assert conversation.say("cup 3 5 cm more") and str(conversation.situation.goal).endswith(
+            "2 moved right by 15 cm"
+        )
         assert conversation.go() and last(sent, events.Checked).success
 
 

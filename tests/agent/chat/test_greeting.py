@@ -54,7 +54,11 @@ def first_sentences() -> dict[str, str]:
 
 def named_seeds() -> set[int]:
     """The seeds of the commands in the documents that set a table to talk about."""
-    return {int(seed) for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md")) for seed in SEED.findall(path.read_text())}
+    return {
+        int(seed)
+        for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
+        for seed in SEED.findall(path.read_text())
+    }
 
 
 def commands_of_the_tour() -> list[str]:
@@ -108,10 +112,16 @@ def set_out(cache, tmp_path, *rows):
 def test_scene_files(cache, tmp_path):
     with cache.source(str(DESK), "ycb").set_out(0) as table:
         assert suggestion(table, table.look()).text == SENTENCE
-    two = ("mesh: ycb/065-g_cups, x: 0.30, y: -0.30", "mesh: ycb/065-h_cups, x: 0.30, y: 0.20", "mesh: ycb/banana, x: 0.60, y: 0.0")
+    two = (
+        "mesh: ycb/065-g_cups, x: 0.30, y: -0.30",
+        "mesh: ycb/065-h_cups, x: 0.30, y: 0.20",
+        "mesh: ycb/banana, x: 0.60, y: 0.0",
+    )
     with set_out(cache, tmp_path, *two) as table:
         suggested = suggestion(table, table.look())
-        assert suggested.text == "stack the cups on the right" and suggested.spec == StructureSpec("tower", None, "right")
+        assert suggested.text == "stack the cups on the right" and suggested.spec == StructureSpec(
+            "tower", None, "right"
+        )
         assert_can_be_read(cache, table, suggested)
     with set_out(cache, tmp_path, "mesh: ycb/banana, x: 0.60, y: 0.0") as table:
         assert suggestion(table, table.look()) is None

@@ -26,7 +26,9 @@ def proposal(scene) -> Proposal:
     seen = replace(scene, color=picture)
     arrangements = (Arrangement(np.tile(np.eye(4), (3, 1, 1)), {"total": 0.5}),) * 64
     candidates = tuple(Candidate(rank, {"total": 0.5}, ((0.1, 0.2, 0.3),) * 3, (0.0,) * 3) for rank in range(1, 65))
-    return Proposal(Goal(), StructureSpec("circle"), seen, Proposed("geometric", candidates, 1.0, seen, arrangements), 64)
+    return Proposal(
+        Goal(), StructureSpec("circle"), seen, Proposed("geometric", candidates, 1.0, seen, arrangements), 64
+    )
 
 
 def situation(name: str, proposal: Proposal | None, shown: Proposal | None) -> Situation:

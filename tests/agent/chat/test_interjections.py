@@ -70,11 +70,15 @@ def test_a_pipe_hands_over_the_marked_lines_that_follow():
     assert [lines.ask("> ") for _ in range(4)] == ["go on", "undo", "@1 late", None]
 
 
-@pytest.mark.parametrize("line", ["wait", "wait a moment", "please wait", "pause", "Wait!", "hang on a second", "one moment please"])
+@pytest.mark.parametrize(
+    "line", ["wait", "wait a moment", "please wait", "pause", "Wait!", "hang on a second", "one moment please"]
+)
 def test_waiting_is_a_command_in_words(line):
     assert command_of(line)[0].name == "/wait"
 
 
-@pytest.mark.parametrize("line", ["wait, a circle", "wait, put it on the left", "a second", "pause the cups", "wait for the cup"])
+@pytest.mark.parametrize(
+    "line", ["wait, a circle", "wait, put it on the left", "a second", "pause the cups", "wait for the cup"]
+)
 def test_what_says_more_is_no_command(line):
     assert command_of(line) is None

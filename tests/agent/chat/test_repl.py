@@ -68,7 +68,9 @@ def test_without_the_arm_the_map_is_that_of_what_was_tried(chat_of, conversation
     shown, _ = chat_of("stack the boxes on the right", yes=True)
     _, _, after = shown.partition("tried without the arm; the table is unchanged")
     assert after.count("+--") == 2 and "stacked: " in after  # one map, of the tower; the table has none
-    assert "It stands" not in shown and "The goal holds as asked when released without the arm" in " ".join(after.split())
+    assert "It stands" not in shown and "The goal holds as asked when released without the arm" in " ".join(
+        after.split()
+    )
     assert all((pose == before[name]).all() for name, pose in conversation.table.poses().items())
     kinds = [kind_of(event) for event in sent]
     assert kinds.index("tried") < kinds.index("pictured") < kinds.index("checked")

@@ -63,7 +63,10 @@ def test_another_shape_takes_effect_before_the_next_object_is_taken(build, conve
 def test_what_stands_and_fits_is_not_moved_again(build, conversation, sent):
     done, _ = build(LINE, "@1 leave the red cup out")
     assert done and str(conversation.situation.goal) == "line of 1, 2, right"
-    before, after = (placed(part) for part in (list(sent)[: len(sent) - len(since(sent, events.Started))], since(sent, events.Started)))
+    before, after = (
+        placed(part)
+        for part in (list(sent)[: len(sent) - len(since(sent, events.Started))], since(sent, events.Started))
+    )
     assert len(before) == 1 and set(before) | set(after) == {"cup 2", "cup 3"} and not set(before) & set(after)
 
 
@@ -74,7 +77,9 @@ def test_an_object_that_took_no_part_can_join(build, conversation, sent):
 
 
 def test_a_part_that_stands_is_left_alone_when_another_one_changes(build, conversation, sent):
-    done, _ = build("stack the boxes on the left and put the cups in a line on the right", "@4+ the cups in a circle instead")
+    done, _ = build(
+        "stack the boxes on the left and put the cups in a line on the right", "@4+ the cups in a circle instead"
+    )
     assert done and "circle of 0, 1, 2, right" in str(conversation.situation.goal)
     before = set(placed(list(sent)[: len(sent) - len(since(sent, events.Started))]))
     assert {"box 1", "box 2"} <= before and not {"box 1", "box 2"} & set(placed(since(sent, events.Started)))
@@ -105,13 +110,17 @@ def test_questions_are_answered_while_the_arm_goes_on(build, sent):
     done, _ = build(LINE, "@1+ what are you doing?", "@2 where is the orange?")
     assert done and interjected(sent) == [("answered", 1), ("answered", 2)]
     doing, where = (event.answer for event in sent if isinstance(event, events.Answered))
-    assert doing.startswith("I am building a line of cup 1, cup 2 and cup 3 (right). Cup 2 is in the hand; cup 3 stands")
+    assert doing.startswith(
+        "I am building a line of cup 1, cup 2 and cup 3 (right). Cup 2 is in the hand; cup 3 stands"
+    )
     assert where.startswith("The orange is ")
     assert len([event for event in sent if isinstance(event, events.Started)]) == 1
 
 
 def test_what_is_not_understood_is_refused_while_the_build_goes_on(build, conversation, sent):
-    done, _ = build(LINE, "@1 paint it in watercolours", "@1 undo", "@1 stack the unicorns", "@2 you are welcome, never mind")
+    done, _ = build(
+        LINE, "@1 paint it in watercolours", "@1 undo", "@1 stack the unicorns", "@2 you are welcome, never mind"
+    )
     assert done and str(conversation.situation.goal) == "line of 0, 1, 2, right"
     assert {outcome for outcome, _ in interjected(sent)} == {"refused"}
     assert all(message.endswith("the build goes on") for message in messages(sent))

@@ -61,7 +61,12 @@ def through_a_pipe(folder: Path) -> str:
     kept = {name: value for name, value in os.environ.items() if not name.startswith("STRUCTAGENT_")}
     done = subprocess.run(
         structagent(*ARGUMENTS, "--out", str(folder / "out")),
-        input=PIPED, capture_output=True, text=True, encoding="utf-8", timeout=1200, cwd=folder,
+        input=PIPED,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=1200,
+        cwd=folder,
         env={**kept, "PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(folder), "COLUMNS": "80"},
     )
     assert done.returncode == 0, done.stderr

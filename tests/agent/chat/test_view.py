@@ -14,7 +14,10 @@ from grounding.spec import StructureSpec
 
 def console_of(terminal: bool, width: int = 80) -> Console:
     return Console(
-        file=io.StringIO(), width=width, force_terminal=terminal, color_system="truecolor" if terminal else None,
+        file=io.StringIO(),
+        width=width,
+        force_terminal=terminal,
+        color_system="truecolor" if terminal else None,
         _environ={"TERM": "xterm-256color", "COLORTERM": "truecolor"} if terminal else {},
     )
 
@@ -63,7 +66,12 @@ def test_a_correction_shows_only_what_it_changed():
     text = shown([first, then])
     before, _, after = text.partition("changed")
     assert [line.split()[0] for line in before.splitlines() if line.startswith("  ")] == [
-        "shape", "size", "x", "y", "rotation", "with"
+        "shape",
+        "size",
+        "x",
+        "y",
+        "rotation",
+        "with",
     ]
     rows = [line.split() for line in after.splitlines() if line.startswith("  ")]
     assert rows == [["size", "small", "->", "medium"], ["rotation", "left", "open", "->", "north"]]
@@ -177,9 +185,7 @@ def test_markup_in_what_was_said_is_text():
 
 
 def test_previews_leave_nothing_behind(run_events):
-    previews = [
-        events.Previewed(step, 8, (((0.4, 0.0, 0.03),) * 3,) * 2, ((0.0,) * 3,) * 2) for step in range(1, 9)
-    ]
+    previews = [events.Previewed(step, 8, (((0.4, 0.0, 0.03),) * 3,) * 2, ((0.0,) * 3,) * 2) for step in range(1, 9)]
     assert shown([*run_events[:3], *previews]) == shown(run_events[:3])
     assert "step 8 of 8" in shown([*run_events[:3], *previews], terminal=True)
 

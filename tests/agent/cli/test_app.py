@@ -56,13 +56,41 @@ def mesh_folder(folder: Path, count: int, side: float = 0.05) -> str:
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["run"], ["parse"], ["generate"], ["train"], ["train", "diffusion"], ["train", "parser"],
-     ["train", "llm"], ["benchmark"], ["evaluate"], ["evaluate", "success"], ["evaluate", "arm"],
-     ["evaluate", "parse"], ["evaluate", "language"], ["evaluate", "coverage"],
-     ["evaluate", "discriminators"], ["scene"], ["scene", "show"],
-     ["scene", "new"], ["scene", "validate"], ["doctor"], ["config"], ["config", "show"], ["models"],
-     ["models", "list"], ["models", "show"], ["models", "verify"], ["models", "card"], ["chat"], ["batch"],
-     ["replay"], ["report"], ["completion"]],
+    [
+        [],
+        ["run"],
+        ["parse"],
+        ["generate"],
+        ["train"],
+        ["train", "diffusion"],
+        ["train", "parser"],
+        ["train", "llm"],
+        ["benchmark"],
+        ["evaluate"],
+        ["evaluate", "success"],
+        ["evaluate", "arm"],
+        ["evaluate", "parse"],
+        ["evaluate", "language"],
+        ["evaluate", "coverage"],
+        ["evaluate", "discriminators"],
+        ["scene"],
+        ["scene", "show"],
+        ["scene", "new"],
+        ["scene", "validate"],
+        ["doctor"],
+        ["config"],
+        ["config", "show"],
+        ["models"],
+        ["models", "list"],
+        ["models", "show"],
+        ["models", "verify"],
+        ["models", "card"],
+        ["chat"],
+        ["batch"],
+        ["replay"],
+        ["report"],
+        ["completion"],
+    ],
 )
 def test_help_has_an_example(arguments, capsys):
     assert command_line([*arguments, "--help"]) == 0
@@ -321,8 +349,16 @@ def test_parse_reads_standard_input():
 def test_run_without_the_arm_reports_json_alone_on_standard_output(tmp_path):
     done = subprocess.run(
         structagent(
-            "run", "make a line of boxes", "--objects", mesh_folder(tmp_path / "boxes", 4),
-            "--model", "geometric", "--no-execute", "--json", "--out", str(tmp_path / "report"),
+            "run",
+            "make a line of boxes",
+            "--objects",
+            mesh_folder(tmp_path / "boxes", 4),
+            "--model",
+            "geometric",
+            "--no-execute",
+            "--json",
+            "--out",
+            str(tmp_path / "report"),
         ),  # fmt: skip
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
@@ -385,7 +421,10 @@ def test_every_network_can_be_trained():
     from agent.training.train import _TASKS
 
     commands = [command.name for command in train_app.registered_commands]
-    assert commands == [*RECIPES, "parser", "llm", "goals", "verifier", "segmentation"] and RECIPES.keys() == TITLES.keys() == _TASKS.keys()
+    assert (
+        commands == [*RECIPES, "parser", "llm", "goals", "verifier", "segmentation"]
+        and RECIPES.keys() == TITLES.keys() == _TASKS.keys()
+    )
 
 
 def test_defaults_of_the_parser_trainers_are_those_of_their_modules():
@@ -410,7 +449,9 @@ def test_the_parser_trainers_get_the_options(monkeypatch, tmp_path):
 
 
 def test_training_on_an_unknown_device(fails, tmp_path):
-    sentence = fails(2, "train", "collision", "--data", str(tmp_path), "--out", str(tmp_path / "run"), "--device", "tpu")
+    sentence = fails(
+        2, "train", "collision", "--data", str(tmp_path), "--out", str(tmp_path / "run"), "--device", "tpu"
+    )
     assert "'tpu'" in sentence and "auto, cpu, cuda" in sentence
 
 
@@ -464,7 +505,9 @@ def test_evaluation_measures_every_model_on_the_same_scenes(objects, tmp_path, c
     report = json.loads((tmp_path / "new" / "reports" / "eval.json").read_text())
     rates = report["evaluations"][0]["aggregate"]
     assert [rates[shape]["n"] for shape in ("circle", "line", "tower", "table setting", "all")] == [1, 1, 1, 1, 4]
-    assert 0 <= rates["all"]["success"]["low"] <= rates["all"]["success"]["rate"] <= rates["all"]["success"]["high"] <= 1
+    assert (
+        0 <= rates["all"]["success"]["low"] <= rates["all"]["success"]["rate"] <= rates["all"]["success"]["high"] <= 1
+    )
     assert all(row["words"] for row in report["evaluations"][0]["scenes"])
     shown = [line.split()[0] for line in table.splitlines() if line.startswith("           ")]
     assert "setting" in shown  # below "table", as the table is as wide as it may be
@@ -475,7 +518,10 @@ def test_evaluation_measures_every_model_on_the_same_scenes(objects, tmp_path, c
     ("error", "sentence"),
     [
         (MemoryError(), "there is not enough memory"),
-        (ImportError("libtorch_cpu.so: failed to map segment"), "cannot load a library: libtorch_cpu.so: failed to map"),
+        (
+            ImportError("libtorch_cpu.so: failed to map segment"),
+            "cannot load a library: libtorch_cpu.so: failed to map",
+        ),
         (ModuleNotFoundError("No module named 'ompl'", name="ompl"), "cannot load a library: No module named 'ompl'"),
     ],
 )

@@ -59,7 +59,9 @@ def test_info_of_the_example(bag):
     assert "/camera/aligned_depth_to_color/image_raw" in out and "j2s7s300_link_base" in out
     code, out, _ = bag("info", EXAMPLE, "--json")
     told = json.loads(out)
-    assert code == 0 and told["used"]["joints"] == "/j2s7s300_driver/out/joint_state" and all(told["available"].values())
+    assert (
+        code == 0 and told["used"]["joints"] == "/j2s7s300_driver/out/joint_state" and all(told["available"].values())
+    )
 
 
 def test_objects_of_the_example(bag, tmp_path):

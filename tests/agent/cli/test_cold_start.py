@@ -5,7 +5,17 @@ import sys
 
 import pytest
 
-HEAVY = {"torch", "transformers", "sentence_transformers", "open3d", "pybullet", "scipy", "trimesh", "matplotlib", "mcp"}
+HEAVY = {
+    "torch",
+    "transformers",
+    "sentence_transformers",
+    "open3d",
+    "pybullet",
+    "scipy",
+    "trimesh",
+    "matplotlib",
+    "mcp",
+}
 TWO_PARTS = "put the cups in a circle on the left and the forks in a line on the right"
 COMMAND = "import sys; from agent.cli.app import command_line; print(command_line(sys.argv[1:]), *sys.modules)"
 

@@ -48,7 +48,9 @@ def test_what_is_taught_is_read_listed_and_removed(folder, capsys):
     assert command_line(teach) == BAD_INPUT and "--force replaces it" in capsys.readouterr().err
     assert command_line([*teach, "--force"]) == DONE
     capsys.readouterr()
-    assert command_line(["parse", "a roof of the cans on the left", "--objects", "can,can,can,can,cup", "--json"]) == DONE
+    assert (
+        command_line(["parse", "a roof of the cans on the left", "--objects", "can,can,can,can,cup", "--json"]) == DONE
+    )
     (part,) = json.loads(capsys.readouterr().out)["goal"]["parts"]
     assert (part["shape"], part["x_position"], part["objects"]) == ("roof", "left", [0, 1, 2, 3])
     assert command_line(["structures", "remove", "roof"]) == DONE and "removed" in capsys.readouterr().err
@@ -63,10 +65,20 @@ def test_names_that_are_taken_and_files_that_show_nothing(folder, capsys):
 
 def test_the_same_with_other_objects_elsewhere(folder, capsys):
     out = folder / "out"
-    like = ["--like", str(folder / "roof.yaml"), "--scene", str(folder / "roof.yaml"), "--model", "geometric", "--no-execute"]
+    like = [
+        "--like",
+        str(folder / "roof.yaml"),
+        "--scene",
+        str(folder / "roof.yaml"),
+        "--model",
+        "geometric",
+        "--no-execute",
+    ]
     assert command_line(["run", "the same, but at the back", *like, "--out", str(out), "--json"]) == DONE
     report = json.loads(capsys.readouterr().out)
     (part,) = report["parse"]["goal"]["parts"]
-    assert (part["shape"], part["y_position"]) == (f"like {out / 'example.toml'}", "top") and report["verdict"]["success"]
+    assert (part["shape"], part["y_position"]) == (f"like {out / 'example.toml'}", "top") and report["verdict"][
+        "success"
+    ]
     assert command_line(["run", "the same", *like, "--parser", "llm"]) == USAGE
     assert "--like is read without a language model" in capsys.readouterr().err

@@ -57,7 +57,12 @@ def test_the_true_body_is_nearest(library):
 
 
 def test_the_table_names_every_method_structure_and_noun(row):
-    report = {"rows": [row], "command": "structagent evaluate completion", "aggregate": {"line": _rates([row])}, "lost": []}
+    report = {
+        "rows": [row],
+        "command": "structagent evaluate completion",
+        "aggregate": {"line": _rates([row])},
+        "lost": [],
+    }
     report["aggregate"]["all"] = report["aggregate"]["line"]
     means = {method: {"n": 1, "chamfer": 1.0, "iou": 0.5} for method in METHODS}
     report["nouns"] = {"bottle": means}

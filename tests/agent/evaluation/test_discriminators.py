@@ -30,7 +30,16 @@ def data(tmp_path_factory):
 
 
 def test_those_that_come_along_tell_right_from_wrong(data, tmp_path, capsys):
-    line = ["evaluate", "discriminators", "--data", str(data), "--examples", "240", "--out", str(tmp_path / "right.json")]
+    line = [
+        "evaluate",
+        "discriminators",
+        "--data",
+        str(data),
+        "--examples",
+        "240",
+        "--out",
+        str(tmp_path / "right.json"),
+    ]
     assert command_line([*line, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report == json.loads((tmp_path / "right.json").read_text())
@@ -43,7 +52,9 @@ def test_those_that_come_along_tell_right_from_wrong(data, tmp_path, capsys):
         assert rows["all"]["low"] > 0.5  # better than chance
     assert collision["apart by 5 mm or more"]["rate"] > collision["in by 2 to 7 mm"]["rate"]
 
-    assert command_line(["models", "card", "structure", "--eval", str(tmp_path / "right.json"), *weights(tmp_path)]) == 0
+    assert (
+        command_line(["models", "card", "structure", "--eval", str(tmp_path / "right.json"), *weights(tmp_path)]) == 0
+    )
     card = (tmp_path / "weights" / "structure" / "card.md").read_text()
     assert f"| structure | something out of place | {structure['something out of place']['n']} |" in card
     assert "right, percent" in card and "collision |" not in card.split("## Results")[1]

@@ -50,7 +50,9 @@ def test_who_hears_wrong_builds_wrong_and_who_hears_right_is_not_asked_twice(car
     report = {"aggregate": {key: _grouped([right, wrong, asked], key) for key in ("structure", "stratum")}}
     assert set(report["aggregate"]["structure"]) == {"line", "all"}
     found = report["aggregate"]["stratum"]["own"]
-    counts = {key: found[key]["count"] for key in ("exact", "understood", "success", "success_oracle", "lost_by_parsing")}
+    counts = {
+        key: found[key]["count"] for key in ("exact", "understood", "success", "success_oracle", "lost_by_parsing")
+    }
     assert counts == {"exact": 1, "understood": 2, "success": 1, "success_oracle": 3, "lost_by_parsing": 2}
     assert found["failures"] == {"parsing": 2, "arrangement": 0} and found["won_by_parsing"]["count"] == 0
     told = io.StringIO()

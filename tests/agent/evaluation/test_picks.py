@@ -48,7 +48,9 @@ def test_outcomes_and_their_rates():
     rates = _rates(rows)
     assert rates["n"] == 4 and [rates[key]["n"] for key in ("planned", "at_once", "held", "stands")] == [4, 3, 3, 3]
     assert [rates[key]["count"] for key in ("planned", "at_once", "held", "stands")] == [3, 1, 2, 1]
-    assert rows[1]["failures"] == ["it slipped out of the fingers"] and rows[3]["failures"] == ["no grasp fits the hand"]
+    assert rows[1]["failures"] == ["it slipped out of the fingers"] and rows[3]["failures"] == [
+        "no grasp fits the hand"
+    ]
 
 
 def test_the_command_names_what_is_left_out(tmp_path, monkeypatch, capsys):

@@ -18,9 +18,7 @@ def test_what_is_said_holds():
 
 
 def test_tables_lie_about_the_usual_middle():
-    assert vars(parsed_table("0.4 x 0.6")) == pytest.approx(
-        {"x_min": 0.25, "x_max": 0.65, "y_min": -0.3, "y_max": 0.3}
-    )
+    assert vars(parsed_table("0.4 x 0.6")) == pytest.approx({"x_min": 0.25, "x_max": 0.65, "y_min": -0.3, "y_max": 0.3})
     assert vars(parsed_table("0.54x0.90")) == pytest.approx(vars(Table()))
 
 

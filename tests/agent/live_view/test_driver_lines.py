@@ -117,7 +117,10 @@ def test_stopping_interrupts_the_main_thread_once(lines, page):
         time.sleep(10)
     presser.join(10)
     assert presses == ["", "it is stopping", "it is stopping"]
-    assert page.told.pop() == ("asking", {"prompt": "", "choices": [], "choosing": False, "stopping": True, "listening": False})
+    assert page.told.pop() == (
+        "asking",
+        {"prompt": "", "choices": [], "choosing": False, "stopping": True, "listening": False},
+    )
 
 
 def test_ctrl_c_in_the_terminal_ends_the_chat_while_it_asks(lines):
@@ -176,7 +179,10 @@ def test_while_the_arm_builds_every_line_is_taken(lines, page):
 def test_a_line_that_came_too_late_for_the_build_answers_the_next_prompt(lines, page):
     lines.while_building()
     assert lines.actions["line"]({"line": "bigger"}) == "" and lines.ask("> ") == "bigger"
-    assert not page.told[0][1]["prompt"] and lines.actions["line"]({"line": "more"}) == "the agent is at work; wait, or stop it"
+    assert (
+        not page.told[0][1]["prompt"]
+        and lines.actions["line"]({"line": "more"}) == "the agent is at work; wait, or stop it"
+    )
 
 
 def test_lines_that_nobody_reads_are_not_piled_up(lines, page):

@@ -156,10 +156,14 @@ def test_the_chat_is_shown_as_text_and_lines_are_sent(opened, view, screen, line
     assert page.value("document.querySelectorAll('#log img, #log script').length") == 0
     assert page.value("document.getElementById('log').textContent.split('<script>').length") == 7
     screen.said("bigger")  # the next turn begins: the error is history
-    page.wait("!document.querySelector('#log .red') && [...document.querySelectorAll('#log > p')].some(p => p.textContent === 'that cannot be built')")
+    page.wait(
+        "!document.querySelector('#log .red') && [...document.querySelectorAll('#log > p')].some(p => p.textContent === 'that cannot be built')"
+    )
     screen.complain("that cannot be built either")
     page.wait("document.querySelectorAll('#log .red').length === 1")
-    cells = page.value("[...[...document.querySelectorAll('#log table')].at(-1).rows].map(r => [...r.cells].map(c => c.textContent))")
+    cells = page.value(
+        "[...[...document.querySelectorAll('#log table')].at(-1).rows].map(r => [...r.cells].map(c => c.textContent))"
+    )
     assert cells == [["cup 1", "red"], ["cup 22", "blue"]]
     assert page.value("getComputedStyle(document.querySelector('#log .red')).fontFamily").find("mono") < 0
     page.type("#line", "put the boxes in a circle")

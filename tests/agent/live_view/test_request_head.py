@@ -111,7 +111,21 @@ def test_any_bytes_are_a_head_or_are_refused():
     import random
 
     generator = random.Random(0)
-    pieces = [b"GET", b"HEAD", b" ", b"/", b"%41", b"%", b"?", b"HTTP/1.1", b"\r\n", b"Host: localhost", b":", b"\xff", b"["]
+    pieces = [
+        b"GET",
+        b"HEAD",
+        b" ",
+        b"/",
+        b"%41",
+        b"%",
+        b"?",
+        b"HTTP/1.1",
+        b"\r\n",
+        b"Host: localhost",
+        b":",
+        b"\xff",
+        b"[",
+    ]
     taken = 0
     for _ in range(20_000):
         raw = b"".join(generator.choices(pieces, k=generator.randrange(1, 12)))

@@ -41,7 +41,9 @@ def test_the_conversation_of_the_manual(served):
     async def conversation(client):
         plans = []
         for words, tool in rows:
-            arguments = {"text": words} if tool == "propose" else {"plan_id": plans[0]} if tool in ("preview", "build") else {}
+            arguments = (
+                {"text": words} if tool == "propose" else {"plan_id": plans[0]} if tool in ("preview", "build") else {}
+            )
             answer = await data(client, tool, **arguments)
             if tool in ("propose", "propose_again"):
                 assert answer["status"] == "proposed"

@@ -28,7 +28,7 @@ def test_a_plan_is_taken_once(ledger):
 
 
 def test_an_unknown_plan_is_refused_with_those_that_there_are(ledger):
-    with pytest.raises(UsageError, match="^there is no plan \"plan-1\"; there is none now; call propose for one$"):
+    with pytest.raises(UsageError, match='^there is no plan "plan-1"; there is none now; call propose for one$'):
         ledger.look_up("plan-1")
     issue(ledger), issue(ledger)
     with pytest.raises(UsageError, match=r'^there is no plan "x+\.\.\."; legal: plan-1, plan-2$'):
@@ -48,7 +48,7 @@ def test_a_void_plan_says_what_happened_first(ledger):
 def test_only_what_was_forgotten_long_ago_is_unknown(ledger):
     for _ in range(1100):
         ledger.drop(issue(ledger).id, "it was a test")
-    with pytest.raises(UsageError, match="there is no plan \"plan-1\""):
+    with pytest.raises(UsageError, match='there is no plan "plan-1"'):
         ledger.look_up("plan-1")
     with pytest.raises(UsageError, match="plan-1100 is void"):
         ledger.look_up("plan-1100")

@@ -61,7 +61,10 @@ def test_moves_give_turns():
     ]
     first, last = moves_of(events.Chosen(1, {}, tuple(goals), arrangement=None, scene=None))
     assert (first.name, first.turn_deg, first.aside, last.name, last.aside) == ("cup 1", -90.0, False, "cup 3", True)
-    assert np.allclose(np.abs(first.orientation), (0, 0, 0.7071, 0.7071)) and first.orientation[2] * first.orientation[3] < 0
+    assert (
+        np.allclose(np.abs(first.orientation), (0, 0, 0.7071, 0.7071))
+        and first.orientation[2] * first.orientation[3] < 0
+    )
     assert np.allclose(np.abs(last.orientation), (1, 0, 0, 0))
 
 
@@ -91,7 +94,9 @@ def test_a_picture_is_made_to_fit():
     assert abs(width / height - 4 / 3) < 0.02
 
 
-@pytest.mark.parametrize("words", ["try again", "show me another", "Something else!", "a different arrangement", "next"])
+@pytest.mark.parametrize(
+    "words", ["try again", "show me another", "Something else!", "a different arrangement", "next"]
+)
 def test_another_arrangement_is_another_one(served, words):
     """Three in a row, by words and by the tool; none looks like any that was offered before."""
 
@@ -147,7 +152,9 @@ def test_a_noun_that_is_said_is_the_name_in_every_answer(tmp_path, models, monke
         assert named["status"] == "answered" and "bowl 3" in named["answer"] and "bowl 3" in named["wish"]
         assert [move["name"] for plan in named["plans"] for move in plan["moves"]] == ["bowl 3"] * len(named["plans"])
         seen = await data(client, "look")
-        assert ("bowl 3", "bowl") in {(one["name"], one["category"]) for one in seen["objects"]} and "bowl 3" in seen["asked"]
+        assert ("bowl 3", "bowl") in {(one["name"], one["category"]) for one in seen["objects"]} and "bowl 3" in seen[
+            "asked"
+        ]
         why = await refusal(client, "preview", plan_id=offered["plans"][0]["plan_id"])
         assert "void because objects have had other names since" in why
         assert (await data(client, "preview", plan_id=named["plans"][0]["plan_id"]))["stands"]

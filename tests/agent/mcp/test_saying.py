@@ -23,7 +23,9 @@ async def building(client, text, *said):
             holding.set()
 
     async def build():
-        results["build"] = (await client.call_tool("build", {"plan_id": plan_id}, progress_callback=progress)).structured_content
+        results["build"] = (
+            await client.call_tool("build", {"plan_id": plan_id}, progress_callback=progress)
+        ).structured_content
 
     async with anyio.create_task_group() as group:
         group.start_soon(build)

@@ -167,7 +167,11 @@ def test_other_hosts_and_pages_are_refused(served):
         assert posted(url, host="evil.example") == posted(url, host=f"evil.example:{port}") == 421
         assert posted(url, host=f"127.0.0.1.evil.example:{port}") == 421
         assert posted(url, origin="https://evil.example") == posted(url, origin="null") == 403
-        allowed = {posted(url), posted(url, host=f"robot.example:{port}"), posted(url, origin=f"http://localhost:{port}")}
+        allowed = {
+            posted(url),
+            posted(url, host=f"robot.example:{port}"),
+            posted(url, origin=f"http://localhost:{port}"),
+        }
         assert not allowed & {401, 403, 421}
 
 

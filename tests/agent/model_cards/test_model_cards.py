@@ -160,7 +160,9 @@ def test_show_prints_the_card_or_what_a_planner_is_made_of(capsys):
     text = capsys.readouterr().out
     assert "`cvae`" in text and "`collision`\n" in text and "| cem | yes |" in text
     error = fails(2, ["show", "oracle"], capsys)
-    assert "'oracle'" in error and "networks here: diffusion, cvae, structformer_circle" in error and "geometric" in error
+    assert (
+        "'oracle'" in error and "networks here: diffusion, cvae, structformer_circle" in error and "geometric" in error
+    )
 
 
 def test_a_card_is_written_from_what_training_and_evaluation_wrote(trained, report, capsys):

@@ -56,8 +56,7 @@ def can(x, y, z, radius, height, color):
 
 
 def seen(*parts):
-    """Return what the camera sees of some surfaces: positions, colours (V, 3) uint8 in light and shade, and part (V,).
-    """
+    """Return what the camera sees of some surfaces: positions, colours (V, 3) uint8 in light and shade, and part (V,)."""
     places, ways, colors = (np.vstack(each) for each in zip(*parts, strict=True))
     number = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
     sight = places - EYE

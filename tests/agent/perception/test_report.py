@@ -29,7 +29,10 @@ def test_every_object_has_a_line(found):
     output = io.StringIO()
     print_objects(found, output)
     lines = output.getvalue().splitlines()
-    assert [line.startswith(one.display_name) for line, one in zip(lines[1:3], found.objects, strict=True)] == [True, True]
+    assert [line.startswith(one.display_name) for line, one in zip(lines[1:3], found.objects, strict=True)] == [
+        True,
+        True,
+    ]
     assert len({len(line) for line in lines[:3]}) == 1
     assert lines[3].startswith("2 objects on a table that was seen from x 0.1")
 

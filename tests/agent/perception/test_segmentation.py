@@ -53,13 +53,15 @@ def overlaps(labels, truth):
 @pytest.fixture(scope="module")
 def mixed(record):
     """A mug, a bowl, a fork of 1 cm, a tall can and a small block, from left to right."""
-    return record([
-        (procedural_object("mug", 37), 0.45, 0.33, 0.8),
-        (procedural_object("bowl", 37), 0.55, 0.12, 0.0),
-        (procedural_object("fork", 37), 0.35, -0.02, 0.4),
-        (can(0.03, 0.15), 0.5, -0.16, 0.0),
-        (block(0.04, 0.04, 0.04, BLUE), 0.4, -0.33, 0.3),
-    ])
+    return record(
+        [
+            (procedural_object("mug", 37), 0.45, 0.33, 0.8),
+            (procedural_object("bowl", 37), 0.55, 0.12, 0.0),
+            (procedural_object("fork", 37), 0.35, -0.02, 0.4),
+            (can(0.03, 0.15), 0.5, -0.16, 0.0),
+            (block(0.04, 0.04, 0.04, BLUE), 0.4, -0.33, 0.3),
+        ]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -157,24 +159,28 @@ def test_tf_that_disagrees_with_the_table_is_reported(mixed):
 
 
 def test_things_that_touch_are_several(record):
-    touching = record([
-        (block(0.09, 0.06, 0.12), 0.45, 0.2, 0.5),
-        (block(0.09, 0.06, 0.07), 0.385, 0.185, 0.5 + math.pi / 2),
-        (can(0.035, 0.1), 0.45, -0.2, 0.0),
-        (can(0.035, 0.1), 0.45, -0.27, 0.0),
-    ])
+    touching = record(
+        [
+            (block(0.09, 0.06, 0.12), 0.45, 0.2, 0.5),
+            (block(0.09, 0.06, 0.07), 0.385, 0.185, 0.5 + math.pi / 2),
+            (can(0.035, 0.1), 0.45, -0.2, 0.0),
+            (can(0.035, 0.1), 0.45, -0.27, 0.0),
+        ]
+    )
     seen = segment(touching.recording)
     assert len(seen.objects) == 4
     assert min(overlaps(seen.labels, touching.truth)) > 0.75
 
 
 def test_a_stack_is_several_and_its_parts_are_whole(record):
-    stacked = record([
-        (block(0.12, 0.1, 0.06), 0.42, 0.2, 0.3),
-        (block(0.06, 0.05, 0.08, BLUE), 0.42, 0.2, 0.5, 0.06),
-        (can(0.05, 0.07), 0.45, -0.2, 0.0),
-        (can(0.03, 0.06, BLUE), 0.455, -0.2, 0.0, 0.07),
-    ])
+    stacked = record(
+        [
+            (block(0.12, 0.1, 0.06), 0.42, 0.2, 0.3),
+            (block(0.06, 0.05, 0.08, BLUE), 0.42, 0.2, 0.5, 0.06),
+            (can(0.05, 0.07), 0.45, -0.2, 0.0),
+            (can(0.03, 0.06, BLUE), 0.455, -0.2, 0.0, 0.07),
+        ]
+    )
     seen = segment(stacked.recording)
     assert len(seen.objects) == 4
     assert min(overlaps(seen.labels, stacked.truth)) > 0.75

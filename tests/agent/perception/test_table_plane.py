@@ -43,7 +43,7 @@ def nothing(p):
     return np.zeros(len(p), dtype=bool)
 
 
-@pytest.mark.parametrize("stand", [nothing, lambda p: (np.hypot(p[:, 0] - 1.05, p[:, 1] - 0.5) < 0.12)])
+@pytest.mark.parametrize("stand", [nothing, lambda p: np.hypot(p[:, 0] - 1.05, p[:, 1] - 0.5) < 0.12])
 def test_an_empty_table_seen_across_its_corner_is_none_of_the_floor(stand):
     points = seen(corner, stand)
     below = np.linalg.norm(points, axis=1) > 1.6

@@ -123,7 +123,9 @@ def test_everything_with_something_left_out_is_no_plain_success(far_bag, near):
 
 
 def test_what_was_named_and_is_out_of_reach_ends_the_run(far_bag, near):
-    failed = only(events.Failed, run_events("put object 2 and the blue one in a line", scene=str(far_bag), recorded=near))
+    failed = only(
+        events.Failed, run_events("put object 2 and the blue one in a line", scene=str(far_bag), recorded=near)
+    )
     assert failed.exit_code == 3
     assert (
         failed.message

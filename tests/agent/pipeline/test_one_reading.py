@@ -48,7 +48,9 @@ def test_one_reading_is_enough(read, scene, text):
 
 
 def test_a_scene_of_a_file_that_lacks_what_is_named_costs_one_reading(read):
-    *_, failed, finished = run_instruction("put the pineapples in a line", RunOptions(scene=str(DESK), model="geometric"))
+    *_, failed, finished = run_instruction(
+        "put the pineapples in a line", RunOptions(scene=str(DESK), model="geometric")
+    )
     assert isinstance(failed, events.Failed) and finished.exit_code == 3 and len(read) == 1
 
 

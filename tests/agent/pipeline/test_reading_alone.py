@@ -46,7 +46,11 @@ def test_parse_reads_the_other_lines(broken, monkeypatch, capfd, option):
 
 def test_evaluations_count_it_as_wrong_and_say_so(broken, tmp_path, capfd):
     slots = tmp_path / "slots.jsonl"
-    rows = ('{"text": "stack the cans", "shape": "tower"}', '{"text": "one zebra"}', '{"text": "hello", "refuse": true}')
+    rows = (
+        '{"text": "stack the cans", "shape": "tower"}',
+        '{"text": "one zebra"}',
+        '{"text": "hello", "refuse": true}',
+    )
     slots.write_text("\n".join(rows))
     goals = tmp_path / "goals.jsonl"
     goals.write_text('{"text": "hello zebra", "scene": null, "status": "refused", "goals": []}\n')

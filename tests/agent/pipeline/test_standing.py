@@ -139,7 +139,11 @@ def test_a_trial_says_what_it_is_and_what_it_is_not(failure):
     verdict = events.Checked(failure is None, failure, (), "why", "released", 0.4, "the twin's bodies")
     out = [io.StringIO(), io.StringIO()]
     record = RunRecord()
-    for listener in (TerminalReport(Console(file=out[0], width=400)), ChatScreen(Console(file=out[1], width=400)), record):
+    for listener in (
+        TerminalReport(Console(file=out[0], width=400)),
+        ChatScreen(Console(file=out[1], width=400)),
+        record,
+    ):
         listener.on_event(events.Started("x", {}))
         listener.on_event(verdict)
     for text in (*(each.getvalue() for each in out), run_page(record.turn).replace("&#x27;", "'")):

@@ -72,7 +72,9 @@ def test_the_motion_is_right_from_where_it_really_stands(stacked):
 
 
 def test_a_tower_of_what_is_a_tower_already_has_its_heights(stacked):
-    proposed = propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("tower")), 0)
+    proposed = propose_arrangements(
+        GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("tower")), 0
+    )
     goals = proposed.arrangements[0].goal_from_initial @ np.array(stacked.world.poses())
     order = np.argsort(goals[:, 2, 3])
     heights = np.concatenate(([0.0], np.cumsum([BLOCKS[i].height for i in order])))[:3]
@@ -84,12 +86,16 @@ def test_what_would_fall_with_another_has_to_take_part(stacked):
     with pytest.raises(NotBuildable, match="the block 2 stands on the block 1 and would fall: let the block 2 take"):
         propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("line")), 0)
     stacked.involve(["block 2", "block 3"])  # what stands below may stay
-    assert propose_arrangements(GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("line")), 0).candidates
+    assert propose_arrangements(
+        GeometricPlanner(), "geometric", stacked.look(), StructureGoal(StructureSpec("line")), 0
+    ).candidates
 
 
 def test_a_distractor_that_stands_beside_does_not_matter():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.4, 0.2)), distractors=(cube("c", 0.5, -0.2, 0.06),))
-    assert propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), 0).candidates
+    assert propose_arrangements(
+        GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), 0
+    ).candidates
 
 
 def test_a_circle_needs_three():
@@ -97,20 +103,25 @@ def test_a_circle_needs_three():
     with pytest.raises(NotBuildable, match="a circle needs at least 3 objects, but 2 take part"):
         propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("circle")), 0)
     three = Scene((*scene.objects, cube("c", 0.4, -0.2)))
-    assert propose_arrangements(GeometricPlanner(), "geometric", three, StructureGoal(StructureSpec("circle")), 0).candidates
+    assert propose_arrangements(
+        GeometricPlanner(), "geometric", three, StructureGoal(StructureSpec("circle")), 0
+    ).candidates
 
 
 def test_no_layout_is_no_valid_goal():
     """Two slabs that are each wider than the table."""
     slabs = [ObjectCloud(name, "slab", cube(name, 0.0, 0.0).points * (15.0, 15.0, 1.0)) for name in "ab"]
     with pytest.raises(NoValidGoal, match="the model 'geometric' proposed no valid arrangement"):
-        propose_arrangements(GeometricPlanner(), "geometric", Scene(tuple(slabs)), StructureGoal(StructureSpec("line")), 0)
+        propose_arrangements(
+            GeometricPlanner(), "geometric", Scene(tuple(slabs)), StructureGoal(StructureSpec("line")), 0
+        )
 
 
 def test_the_same_seed_proposes_the_same():
     scene = Scene((cube("a", 0.3, 0.0), cube("b", 0.5, 0.2)))
     first, again, other = (
-        propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), seed) for seed in (1, 1, 2)
+        propose_arrangements(GeometricPlanner(), "geometric", scene, StructureGoal(StructureSpec("line")), seed)
+        for seed in (1, 1, 2)
     )
     assert first.candidates == again.candidates != other.candidates
 
@@ -300,7 +311,9 @@ class Moving:
 
 def test_to_make_room_nothing_is_moved_on_which_something_stands():
     clouds = [cube("plate", 0.4, 0.0), cube("bowl", 0.4, 0.0, 0.06), cube("spoon", 0.6, 0.2)]
-    wanted = TableGoal(Goal((RelationPart("left of", (2,), (0,)),)), ("plate", "bowl", "spoon"), np.tile(np.eye(4), (3, 1, 1)))
+    wanted = TableGoal(
+        Goal((RelationPart("left of", (2,), (0,)),)), ("plate", "bowl", "spoon"), np.tile(np.eye(4), (3, 1, 1))
+    )
     scene = Scene(tuple(clouds), Table())
     proposed = propose_goal(Moving((0, 2), (2,), (0, 1, 2)), "geometric", scene, wanted, 0)
     assert len(proposed.arrangements) == 2

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 
-def box_cloud(x: float, y: float, side: float = 0.05, height: float = 0.08, points: int = 600, seed: int = 0) -> np.ndarray:
+def box_cloud(
+    x: float, y: float, side: float = 0.05, height: float = 0.08, points: int = 600, seed: int = 0
+) -> np.ndarray:
     """(P, 3) float64: the top and the front of a box that stands at (x, y)."""
     rng = np.random.default_rng([seed, int(1000 * x), int(1000 * (y + 10))])
     top = rng.uniform(-0.5, 0.5, (points // 2, 3)) * (side, side, 0.0) + (0.0, 0.0, height)

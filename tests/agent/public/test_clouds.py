@@ -112,7 +112,10 @@ def test_one_coordinate_that_is_not_finite_is_named(clouds, value):
         ([[None, 0.0, 0.0]] * 30, ("clouds[1] has the dtype object",)),
         ([[10**400, 0, 0]] * 30, ("clouds[1]",)),
         (np.full((300, 3), 127, np.int8) - np.arange(3, dtype=np.int8), ("clouds[1]",)),
-        (np.stack([np.linspace(0.3, 0.4, 90), np.linspace(0, 0.1, 90), np.zeros(90)], 1), ("clouds[1] is 0.00 mm wide",)),
+        (
+            np.stack([np.linspace(0.3, 0.4, 90), np.linspace(0, 0.1, 90), np.zeros(90)], 1),
+            ("clouds[1] is 0.00 mm wide",),
+        ),
         (np.random.default_rng(0).uniform(0, 0.1, (90, 3)) * (1, 0, 1) + (0.4, 0, 0), ("wide seen from above",)),
         ({"x": 1}, ("clouds[1] has the dtype object",)),
     ],
@@ -206,7 +209,9 @@ def test_names_are_numbered_where_several_are_alike(clouds):
 @pytest.mark.parametrize("scale", [1, 255])
 def test_colours_choose_objects(clouds, scale):
     red, blue = (0.75, 0.1, 0.1), (0.1, 0.2, 0.7)
-    shades = [np.array(c) * scale if scale == 1 else (np.array(c) * scale).astype(np.uint8) for c in (red, blue, red, blue)]
+    shades = [
+        np.array(c) * scale if scale == 1 else (np.array(c) * scale).astype(np.uint8) for c in (red, blue, red, blue)
+    ]
     whole = [np.tile(shades[0], (600, 1)), *shades[1:]]
     found = structagent.propose(clouds, "put the red things in a line", colors=whole, **FAST)
     assert found.moved == (0, 2)

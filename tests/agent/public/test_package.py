@@ -100,7 +100,11 @@ def test_code_of_the_document_runs(tmp_path, capsys):
 
 def test_the_document_names_every_public_name():
     text = (ROOT / "docs" / "python-api.md").read_text()
-    assert not [name for name in structagent.__all__ if not name.startswith("__") and f"`{name}" not in text and f"structagent.{name}" not in text]
+    assert not [
+        name
+        for name in structagent.__all__
+        if not name.startswith("__") and f"`{name}" not in text and f"structagent.{name}" not in text
+    ]
 
 
 def test_examples_are_short():

@@ -149,12 +149,16 @@ def test_only_the_objects_that_the_sentence_means_move(clouds):
 def test_slots_move_the_objects_that_are_listed(clouds):
     for objects in ([0, 3], ["object 4", "object 1"], np.array([3, 0])):
         found = structagent.propose(clouds, {"shape": "line"}, objects=objects, **FAST)
-        assert found.moved == (0, 3) and np.array_equal(found.best.goal_from_initial[1:3], np.tile(np.eye(4), (2, 1, 1)))
+        assert found.moved == (0, 3) and np.array_equal(
+            found.best.goal_from_initial[1:3], np.tile(np.eye(4), (2, 1, 1))
+        )
 
 
 def test_what_was_understood_but_cannot_be_is_said(clouds):
     message = refused(clouds[:2], "stack everything into a large tower", exit_code=3)  # a tower takes no size
-    assert message.startswith("no goal can hold 'large' of 'stack everything into a large tower'; leave it out"), message
+    assert message.startswith("no goal can hold 'large' of 'stack everything into a large tower'; leave it out"), (
+        message
+    )
     names = ["cup", "cup", "cup", "plate"]
     found = structagent.propose(clouds, "put the shiny cups in a line", names=names, **FAST)
     assert any("shiny" in note for note in found.notes), found.notes
@@ -337,7 +341,9 @@ def test_errors_and_results_travel_between_processes(clouds):
 
 def test_it_works_after_the_folder_changed(clouds, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = structagent.propose(clouds, "put everything in a line", model="diffusion-tokens", count=4, keep_invalid=True)
+    found = structagent.propose(
+        clouds, "put everything in a line", model="diffusion-tokens", count=4, keep_invalid=True
+    )
     assert len(found) == 4
     assert list(tmp_path.iterdir()) == []
 

@@ -44,7 +44,9 @@ def test_a_drawn_scene_can_be_talked_about():
         assert cloud.dtype == np.float32 and cloud.shape[1:] == (3,) and color.shape == cloud.shape
         assert not cloud.flags.writeable
     assert str(len(scene)) in repr(scene) and scene.names[0] in repr(scene)
-    found = structagent.propose(scene, {"shape": "line"}, objects=scene.names[1:3], model="geometric", count=4, keep_invalid=True)
+    found = structagent.propose(
+        scene, {"shape": "line"}, objects=scene.names[1:3], model="geometric", count=4, keep_invalid=True
+    )
     assert found.moved == (1, 2) and len(found) == 4
 
 
@@ -114,7 +116,9 @@ def test_what_a_listener_raises_comes_out_and_the_next_run_works():
 def test_a_run_that_fails_is_a_result(tmp_path):
     """A tower of fruit cannot stand, but everything that was asked for can be tried."""
     file = tmp_path / "fruit.yaml"
-    file.write_text("version: 1\nobjects:\n- {mesh: ycb/017_orange, x: 0.4, y: 0.1}\n- {mesh: ycb/013_apple, x: 0.5, y: -0.1}\n")
+    file.write_text(
+        "version: 1\nobjects:\n- {mesh: ycb/017_orange, x: 0.4, y: 0.1}\n- {mesh: ycb/013_apple, x: 0.5, y: -0.1}\n"
+    )
     result = structagent.run("stack everything", scene=file, **FAST)
     assert not result.success and result.exit_code == 4 and result.message
     assert result.events[-1]["exit_code"] == 4
@@ -181,10 +185,16 @@ def test_an_evaluation_keeps_its_rows_in_a_folder(report, tmp_path):
     again = structagent.evaluate("geometric", out=tmp_path / "kept", **options)
     assert again.report["resources"]["rows"] == 0 and first.rates == again.rates
     alone, together = (
-        next(row for each in one.report["evaluations"] for row in each["scenes"] if each["about"]["model"] == "geometric")
+        next(
+            row for each in one.report["evaluations"] for row in each["scenes"] if each["about"]["model"] == "geometric"
+        )
         for one in (first, report)
     )
-    assert (alone["objects"], alone["success"], alone["draw"]) == (together["objects"], together["success"], together["draw"])
+    assert (alone["objects"], alone["success"], alone["draw"]) == (
+        together["objects"],
+        together["success"],
+        together["draw"],
+    )
     assert [v["checks"] for v in alone["verdicts"]] == [v["checks"] for v in together["verdicts"]]
 
 

@@ -106,7 +106,9 @@ def test_quantised_float_depths_are_undone():
     b = 1.0 - a / 10.0
     inverse = np.rint(a / depths() + b).astype(np.uint16)
     inverse[2, 2] = 0
-    read = stored_compressed_depths(compressed(inverse, "PNG", "32FC1; compressedDepth png", quantised_header(a, b))).metres()
+    read = stored_compressed_depths(
+        compressed(inverse, "PNG", "32FC1; compressedDepth png", quantised_header(a, b))
+    ).metres()
     assert np.isnan(read[2, 2]) and np.nanmax(np.abs(read - depths())) < 1e-3
 
 
@@ -119,7 +121,11 @@ def test_quantised_float_depths_are_undone():
         (color_picture, raw(colors()[:, :39, :2], "yuv422"), "come in pairs"),
         (compressed_color, SimpleNamespace(format="jpeg", data=np.arange(99, dtype=np.uint8)), "neither JPEG nor PNG"),
         (stored_compressed_depths, compressed(colors(), "PNG", "16UC1; compressedDepth"), "legal: 16 bits of grey"),
-        (stored_compressed_depths, SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)), "claims 0 x 0 pixels"),
+        (
+            stored_compressed_depths,
+            SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.zeros(99, np.uint8)),
+            "claims 0 x 0 pixels",
+        ),
         (stored_compressed_depths, SimpleNamespace(format="", data=np.zeros(0, np.uint8)), "neither a PNG nor RVL"),
     ],
 )

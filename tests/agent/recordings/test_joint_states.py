@@ -112,7 +112,9 @@ def test_others_on_the_same_topic_are_passed_over(tmp_path):
     ]
     found = stood(tmp_path, said)
     arm = found.state
-    assert found.stream.topic == "/joint_states" and arm.joints["joint_finger_2"] == 0 and arm.joints["joint_1"] == HOME[0]
+    assert (
+        found.stream.topic == "/joint_states" and arm.joints["joint_finger_2"] == 0 and arm.joints["joint_1"] == HOME[0]
+    )
 
 
 def test_the_driver_goes_before_who_repeats_it_and_a_topic_that_is_named_before_both(tmp_path):
@@ -132,9 +134,7 @@ def test_angles_in_degrees_serve_where_there_is_nothing_else(tmp_path):
     assert "fingers" in notes[0]
 
 
-@pytest.mark.parametrize(
-    "other", [arm_names("right_j2s7s300_", 7, 3), UR5, [f"panda_joint{k}" for k in range(1, 8)]]
-)
+@pytest.mark.parametrize("other", [arm_names("right_j2s7s300_", 7, 3), UR5, [f"panda_joint{k}" for k in range(1, 8)]])
 @pytest.mark.parametrize("apart", [False, True])
 def test_of_two_arms_none_is_taken_unless_a_topic_is_named(tmp_path, other, apart):
     one = arm_names("left_j2s7s300_", 7, 3)

@@ -103,7 +103,9 @@ def test_random_bytes_are_refused_or_fit_the_claimed_size():
 def test_a_picture_that_claims_more_than_any_camera_has_is_refused():
     data = bytes(12) + struct.pack("<II", 100_000, 100_000) + bytes(100)
     with pytest.raises(BadInput, match="claims 100000 x 100000 pixels"):
-        stored_compressed_depths(SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.frombuffer(data, np.uint8))).metres()
+        stored_compressed_depths(
+            SimpleNamespace(format="16UC1; compressedDepth rvl", data=np.frombuffer(data, np.uint8))
+        ).metres()
 
 
 def test_a_bag_of_them_shows_what_the_raw_depths_show(tmp_path):

@@ -76,7 +76,9 @@ def reading(monkeypatch):
 
 
 @pytest.mark.parametrize("kind_of_file", FORMATS)
-@pytest.mark.parametrize("kinds", [KINDS, *((kind,) for kind in KINDS)], ids=lambda kinds: kinds[0][:11] + str(len(kinds)))
+@pytest.mark.parametrize(
+    "kinds", [KINDS, *((kind,) for kind in KINDS)], ids=lambda kinds: kinds[0][:11] + str(len(kinds))
+)
 def test_two_hundred_topics_take_a_few_passes(tmp_path, reading, kind_of_file, kinds):
     times = {
         f"/{number:03d}/{kinds[number % len(kinds)].rsplit('/', 1)[1].lower()}": (
@@ -111,7 +113,9 @@ def test_rare_and_late_topics_are_found_and_no_message_is_given_twice(tmp_path, 
         look_at_first(bag, bag.streams, third)
         assert heard == {topic: min(3, len(moments)) for topic, (_, moments) in times.items()}
         heard.clear()
-        look_at_first(bag, bag.streams, lambda found: heard.update([found.stream.topic]) or heard[found.stream.topic] > 30)
+        look_at_first(
+            bag, bag.streams, lambda found: heard.update([found.stream.topic]) or heard[found.stream.topic] > 30
+        )
         assert heard == {topic: min(31, len(moments)) for topic, (_, moments) in times.items()}
         first = first_times(bag, bag.streams)
         last = last_times(bag, first)

@@ -154,7 +154,9 @@ def test_where_no_trajectory_can_be_written(log, tmp_path):
     (tmp_path / "file").write_text("mine")
     for name in ("notes", "session.bag", "joints.bag", "session.json", "mine.json", "file"):
         before = (tmp_path / name).read_bytes() if name != "notes" else b""
-        with pytest.raises(UsageError, match=f"must be a new file, or replace another one, but .*{name}' is something else"):
+        with pytest.raises(
+            UsageError, match=f"must be a new file, or replace another one, but .*{name}' is something else"
+        ):
             write_trajectory(log, tmp_path / name, PREFIX, MODEL)
         assert name == "notes" or (tmp_path / name).read_bytes() == before
     for path in (tmp_path / "file" / "arm.json", Path("/proc/arm.json")):

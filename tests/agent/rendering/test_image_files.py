@@ -90,7 +90,9 @@ def test_goals_are_in_front_of_faded_starts_with_an_arrow_s_head_between(large):
 def test_what_takes_no_part_has_a_dashed_outline_in_its_own_colour(large):
     red = np.tile(np.array((200, 30, 30), np.uint8), (len(large.distractors[0].points), 1))
     stays = replace(large.distractors[0], colors=red)
-    image = goal_from_above(replace(large, distractors=(stays,)), Arrangement(np.tile(np.eye(4), (3, 1, 1)))).astype(int)
+    image = goal_from_above(replace(large, distractors=(stays,)), Arrangement(np.tile(np.eye(4), (3, 1, 1)))).astype(
+        int
+    )
     column, row = (round(value) for value in from_above_pixels(stays.centroid))
     part = image[row - 15 : row + 15, column - 15 : column + 15]
     assert 15 < np.median(part[..., 0] - part[..., 2]) < 110  # reddish, and faded

@@ -44,7 +44,9 @@ def backgrounds(line: Text, column: int) -> set[tuple[int, int, int]]:
 
 
 def test_up_is_away_from_the_robot_and_left_is_left():
-    lines = drawn(markers_of_scene(run_events(told_object("far left", 0.55, 0.45), told_object("near right", 0.05, -0.45))))
+    lines = drawn(
+        markers_of_scene(run_events(told_object("far left", 0.55, 0.45), told_object("near right", 0.05, -0.45)))
+    )
     assert len({len(line) for line in lines}) == 1 and len(lines) == 2 + 12  # 40 cells of 2.5 cm, 12 of 5 cm
     assert set(places(lines, "A")) == {(1, c) for c in (1, 2, 3, 4)} | {(2, c) for c in (1, 2, 3, 4)}
     assert set(places(lines, "B")) == {(r, c) for r in (11, 12) for c in (37, 38, 39, 40)}
@@ -83,7 +85,9 @@ def test_sixteen_colours_keep_seven_objects_and_the_table_apart():
 
 def test_tower_has_a_letter_for_every_object_the_top_first():
     tower = [told_object(name, 0.1 * i, 0.0) for i, name in enumerate(("can", "box", "cup"))]
-    markers = markers_of_candidate(run_events(*tower), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [0.0, 0, 0])
+    markers = markers_of_candidate(
+        run_events(*tower), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [0.0, 0, 0]
+    )
     assert [marker.label for marker in markers] == ["can", "cup", "box"]
     for colors in (0, 2**24):
         lines = drawn(markers, colors=colors)
@@ -121,7 +125,10 @@ def test_an_object_has_one_mark_whoever_takes_part(names, letters):
     """It is the number in its name, or no number at all; later observations list those first that take part."""
     objects = [told_object(name, 0.1 * k, 0.0) | {"number": k} for k, name in enumerate(names, start=1)]
     for staying in (set(), set(names[:1]), set(names)):
-        seen = sorted(({**one, "takes_part": one["name"] not in staying} for one in objects), key=lambda one: not one["takes_part"])
+        seen = sorted(
+            ({**one, "takes_part": one["name"] not in staying} for one in objects),
+            key=lambda one: not one["takes_part"],
+        )
         found = {marker.label: marker.letter for marker in markers_of_scene(run_events(*seen))}
         assert found == dict(zip(names, letters, strict=True))
 
@@ -166,7 +173,9 @@ def test_what_takes_no_part_is_hatched_and_a_gray_thing_that_does_is_not():
 
 @pytest.mark.parametrize("color", [WHITE, [240, 222, 188]])  # as bright as the table, and as the table
 def test_an_object_as_bright_as_the_table_has_an_outline(color):
-    lines = picture(markers_of_scene(run_events(told_object("box", 0.3, 0.0, size=0.2) | {"color": color})), TABLE, 42, 2**24)
+    lines = picture(
+        markers_of_scene(run_events(told_object("box", 0.3, 0.0, size=0.2) | {"color": color})), TABLE, 42, 2**24
+    )
     found = {(row, c) for row, line in enumerate(lines) for c in range(42) if rim_of(color) in backgrounds(line, c)}
     assert {(5, 17), (5, 24), (8, 17), (8, 24)} <= found and not {(6, 19), (7, 22)} & found
 
@@ -200,7 +209,9 @@ def test_sixteen_colours_call_a_colour_what_people_call_it(color, code):
 def test_stacks_are_reported_from_bottom_to_top():
     tower = [told_object(name, 0.1 + 0.15 * i, 0.0) for i, name in enumerate(("can", "box", "cup"))]
     apart = told_object("mug", 0.5, -0.4, takes_part=False)
-    markers = markers_of_candidate(run_events(*tower, apart), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], [])
+    markers = markers_of_candidate(
+        run_events(*tower, apart), [[0.3, 0.2, 0.05], [0.3, 0.2, 0.25], [0.302, 0.2, 0.15]], []
+    )
     (stack,) = stacks(markers)
     assert [marker.label for marker in stack] == ["can", "cup", "box"] and stack_sentence(stack) == "B on C on A"
     assert stacks(markers_of_scene(run_events(*tower, apart))) == []

@@ -78,7 +78,9 @@ def test_folder_has_report_page_and_pictures(run_events, tmp_path):
     page = record.write(tmp_path / "new" / "folder")
     assert page.name == "report.html"
     names = {path.name for path in page.parent.iterdir()}
-    assert names == {".structagent.json", "report.html", "report.json"} | {entry["file"] for entry in record.report["pictures"]}
+    assert names == {".structagent.json", "report.html", "report.json"} | {
+        entry["file"] for entry in record.report["pictures"]
+    }
     assert {"camera-before.webp", "scene-before.webp", "proposed-goal.webp", "placement-1-after.webp"} <= names
     for path in page.parent.glob("*.webp"):
         assert Image.open(path).size[0] >= 64
@@ -103,7 +105,9 @@ def test_page_is_one_self_contained_file(run_events, tmp_path):
 def test_a_film_has_controls_and_its_last_picture_where_no_script_runs(run_events, tmp_path):
     frames = np.zeros((5, 48, 64, 3), np.uint8)
     frames[-1] = 200
-    text = record_of([*run_events[:-3], Filmed(1.5, frames), *run_events[-3:]]).write(tmp_path).read_text(encoding="utf-8")
+    text = (
+        record_of([*run_events[:-3], Filmed(1.5, frames), *run_events[-3:]]).write(tmp_path).read_text(encoding="utf-8")
+    )
     figure = re.search(r'<figure class="film" data-interval="1.500".*?</figure>', text, re.DOTALL).group()
     stills = json.loads(re.search(r'<script type="application/json">(.*?)</script>', figure).group(1))
     assert len(stills) == 5
@@ -328,7 +332,11 @@ def test_the_terminal_lists_the_parts_and_what_happens_to_each_object(run_events
     assert "left open" not in output and "with the objects named" not in output
     rows = [line.split() for line in output.splitlines() if line.startswith("  cup ") and " cm " in line][-3:]
     assert [(" ".join(row[:2]), row[2]) for row in rows] == [("cup 1", "goes"), ("cup 2", "stays"), ("cup 3", "is")]
-    assert rows[0][-2:] == ["part", "1"] and rows[1][-3:] == ["parts", "1,", "2"] and rows[2][2:5] == ["is", "set", "aside"]
+    assert (
+        rows[0][-2:] == ["part", "1"]
+        and rows[1][-3:] == ["parts", "1,", "2"]
+        and rows[2][2:5] == ["is", "set", "aside"]
+    )
 
 
 def test_the_page_lists_the_parts_and_what_happens_to_each_object(run_events):

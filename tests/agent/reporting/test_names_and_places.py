@@ -68,7 +68,9 @@ def test_every_map_and_page_gives_an_object_the_same_mark(turns):
         assert dict((name, mark) for mark, name in legend) == MARKS
         drawing = page.partition('class="candidates"')[2].partition("</svg>")[0]
         assert set(re.findall(r"<text[^>]*>(\w)</text>", drawing)) == set(MARKS.values())
-        assert {seen["name"]: seen["number"] for seen in record.report["scene"]["objects"]} == dict(zip(MARKS, range(1, 6)))
+        assert {seen["name"]: seen["number"] for seen in record.report["scene"]["objects"]} == dict(
+            zip(MARKS, range(1, 6))
+        )
     for line in out.getvalue().splitlines():
         if "candle" in line and "box 2" in line:
             listed.append({name: mark for mark, name in LISTED.findall(line)})

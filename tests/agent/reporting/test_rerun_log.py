@@ -28,7 +28,9 @@ def rows_of(path) -> dict[str, list[dict]]:
         if "physics" in columns:
             columns["physics"] = columns["physics"].cast("int64")  # nanoseconds
         run_events = {name: column.to_pylist() for name, column in columns.items()}
-        rows[chunk.entity_path] += [dict(zip(run_events, row, strict=True)) for row in zip(*run_events.values(), strict=True)]
+        rows[chunk.entity_path] += [
+            dict(zip(run_events, row, strict=True)) for row in zip(*run_events.values(), strict=True)
+        ]
     return {entity: sorted(found, key=lambda row: row.get("physics", 0)) for entity, found in rows.items()}
 
 
@@ -59,7 +61,9 @@ def recording(table, tmp_path):
         log.on_event(events.Proposed("geometric", (), 0.1, scene=scene, arrangements=(arrangement,) * (CANDIDATES + 2)))
         log.on_event(chosen_event(1, arrangement, scene))
         with pytest.raises(KeyboardInterrupt):
-            for event in build_with_arm(table, scene, StructureSpec("line"), [arrangement], 0, film=False, on_step=on_step):
+            for event in build_with_arm(
+                table, scene, StructureSpec("line"), [arrangement], 0, film=False, on_step=on_step
+            ):
                 log.on_event(event)
     return scene, motions, table, hand, rows_of(path)
 

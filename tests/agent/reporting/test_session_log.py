@@ -192,7 +192,11 @@ def test_payloads_of_events_are_distinguished_from_other_objects(run_events):
     ("kind", "change", "part"),
     [
         ("proposed", lambda payload: payload["candidates"][2]["positions"].pop(), "[2].positions must have 3 entries"),
-        ("proposed", lambda payload: payload["candidates"][1]["turns"].pop(), "candidates[1].turns must have 3 entries"),
+        (
+            "proposed",
+            lambda payload: payload["candidates"][1]["turns"].pop(),
+            "candidates[1].turns must have 3 entries",
+        ),
         ("proposed", lambda payload: payload.update(seconds=None), "proposed.seconds must be a number"),
         ("proposed", lambda payload: payload.update(seconds=1e300), "proposed.seconds must be a number"),
         ("chosen", lambda payload: payload["goals"][0].pop("name"), "chosen.goals[0].name must be a string"),
@@ -307,7 +311,9 @@ def test_in_a_session_of_schema_version_2_what_was_read_is_a_goal_of_one_structu
     parsed = next(line["event"] for line in lines if line.get("event", {}).get("kind") == "parsed")
     for key in ("goal", "parts", "objects"):
         del parsed[key]
-    parsed["spec"] = {"shape": None, "size": None, "x_position": None, "y_position": None, "rotation": None} | (spec or {})
+    parsed["spec"] = {"shape": None, "size": None, "x_position": None, "y_position": None, "rotation": None} | (
+        spec or {}
+    )
     if spec is None:
         parsed["spec"] = None
     path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")

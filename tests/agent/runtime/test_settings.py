@@ -96,7 +96,9 @@ def test_verbs_get_what_is_configured(project, monkeypatch, capsys):
     run = lambda text, options, *_, **__: taken.update(run=options) or iter(())  # noqa: E731
     monkeypatch.setattr("agent.pipeline.run.run_instruction", run)
     monkeypatch.setattr("agent.training.generate_data.generate_data", lambda *given: taken.update(generate=given))
-    monkeypatch.setattr("agent.evaluation.success.measure.measure_success", lambda *given, **_: taken.update(success=given) or {})
+    monkeypatch.setattr(
+        "agent.evaluation.success.measure.measure_success", lambda *given, **_: taken.update(success=given) or {}
+    )
     monkeypatch.setattr("agent.evaluation.success.report.print_success", lambda *_: None)
     cli.command_line(["run", "make a line"])  # comes to no end, and to no exit code that matters here
     assert cli.command_line(["generate", "--out", "data"]) == 0
@@ -407,9 +409,7 @@ def endpoint():
     ],
     ids=lambda value: "-".join(sorted(value)) if isinstance(value, set) else "",
 )
-def test_the_key_is_sent_to_the_host_that_the_user_named(
-    layers, sent, endpoint, project, user, monkeypatch, capsys
-):
+def test_the_key_is_sent_to_the_host_that_the_user_named(layers, sent, endpoint, project, user, monkeypatch, capsys):
     address, keys = endpoint
     monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter2")
     for path in ({"project": project, "user": user}[layer] for layer in layers & {"project", "user"}):

@@ -93,7 +93,10 @@ def test_a_noun_is_what_the_instruction_can_call_it(bag):
 
 def test_options_of_recordings_need_a_recording(tmp_path):
     *_, failed, _ = run_instruction("make a line", RunOptions(recorded=RecordedOptions(ReadingOf(at=1.0))))
-    assert failed.exit_code == 2 and "--at, --topic, --camera-pose, --depth-unit and --call are for recordings" in failed.message
+    assert (
+        failed.exit_code == 2
+        and "--at, --topic, --camera-pose, --depth-unit and --call are for recordings" in failed.message
+    )
     with pytest.raises(UsageError, match="--scene cannot be ''"):
         scene_source("", "procedural")
     for options in (

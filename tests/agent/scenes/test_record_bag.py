@@ -125,9 +125,11 @@ def test_tf_stands_as_the_simulation(session, table):
     assert np.abs(camera - base_from_world @ table.world.camera.world_from_camera).max() < 1e-6
     assert np.array_equal(chain(session, "j2s7s300_link_base"), np.eye(4))
     poses = link_poses(table.arm)
-    for name, link in [("j2s7s300_end_effector", table.arm.end_effector)] + [
-        (f"j2s7s300_link_{k + 1}", joint) for k, joint in enumerate(table.arm.joints)
-    ] + [(f"j2s7s300_link_finger_tip_{k + 1}", tip) for k, tip in enumerate(table.arm.tips)]:
+    for name, link in (
+        [("j2s7s300_end_effector", table.arm.end_effector)]
+        + [(f"j2s7s300_link_{k + 1}", joint) for k, joint in enumerate(table.arm.joints)]
+        + [(f"j2s7s300_link_finger_tip_{k + 1}", tip) for k, tip in enumerate(table.arm.tips)]
+    ):
         assert np.abs(chain(session, name) - base_from_world @ poses[link]).max() < 1e-6, name
 
 

@@ -23,7 +23,9 @@ def test_defaults_are_those_of_the_trainers():
 
 def test_a_verifier_is_proposed_for_trained_and_calibrated(tmp_path, monkeypatch, capsys):
     done = []
-    monkeypatch.setattr("grounding.training.proposals.write_proposals", lambda *given: done.append(("propose", given[:2])))
+    monkeypatch.setattr(
+        "grounding.training.proposals.write_proposals", lambda *given: done.append(("propose", given[:2]))
+    )
     monkeypatch.setattr("grounding.training.verifier.train", lambda options, report: done.append(("train", options)))
     monkeypatch.setattr(
         "grounding.training.calibration.calibrate", lambda *given: done.append(("fit", given)) or {"log_loss": 0.25}

@@ -90,7 +90,9 @@ def test_dialogues(interpreter, name, least, answered, wrong):
         "with answers": sum(right for right, _, _ in found), "built otherwise": sum(built and not answers for _, answers, built in found),
     }  # fmt: skip
     print(name, counts)
-    assert counts["right"] >= least and counts["with answers"] >= answered and counts["built otherwise"] <= wrong, counts
+    assert counts["right"] >= least and counts["with answers"] >= answered and counts["built otherwise"] <= wrong, (
+        counts
+    )
 
 
 SALAD = [

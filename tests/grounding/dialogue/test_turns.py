@@ -95,14 +95,21 @@ def test_a_question_is_never_dropped_without_a_word():
 
 def test_bigger_after_a_question_about_the_others_keeps_the_new_circle():
     line, offered = "line of 0, 1, 2", "circle of 3, 4, 5, 6; line of 0, 1, 2"
-    script = {f"{line} > a circle of the cups": f"? {offered}", f"{offered} > bigger": "circle of 3, 4, 5, 6, large; line of 0, 1, 2"}
+    script = {
+        f"{line} > a circle of the cups": f"? {offered}",
+        f"{offered} > bigger": "circle of 3, 4, 5, 6, large; line of 0, 1, 2",
+    }
     state, _ = talk(script, "a circle of the cups", "bigger", state=holding(line))
     assert str(state.goal) == "circle of 3, 4, 5, 6, large; line of 0, 1, 2"
 
 
 def test_a_denial_is_about_the_goal_so_far_first():
     line, offered, meant = "line of 0, 1, 2", "line of 0, 1, 2; 3 on 0", "line of 0, 1, 2; 4 on 0"
-    script = {f"{line} > add a cup": f"? {offered}", f"{line} > no, the white one": meant, f"{offered} > no, the white one": offered + "; 4 on 1"}
+    script = {
+        f"{line} > add a cup": f"? {offered}",
+        f"{line} > no, the white one": meant,
+        f"{offered} > no, the white one": offered + "; 4 on 1",
+    }
     state, _ = talk(script, "add a cup", "no, the white one", state=holding(line))
     assert str(state.goal) == meant
 
@@ -130,7 +137,9 @@ def test_a_failed_correction_leaves_the_goal():
     assert outcome.status == "unchanged" and state.goal == before.goal and not state.refused
 
 
-@pytest.mark.parametrize("said", ["forget that", "undo", "never mind", "as it was", "no, forget it", "put it back as it was"])
+@pytest.mark.parametrize(
+    "said", ["forget that", "undo", "never mind", "as it was", "no, forget it", "put it back as it was"]
+)
 def test_a_bare_way_back_takes_out_what_was_added(said):
     script = {f"{BOTH} > and the can on the cup": f"{BOTH}; 0 on 3"}
     state, outcome = talk(script, "and the can on the cup", said, state=holding(BOTH))
@@ -155,13 +164,21 @@ def test_a_whole_instruction_that_fits_no_goal_so_far_is_asked_about():
 def test_after_a_build_an_instruction_of_its_own_needs_no_question():
     script = {"*": "", "0 on the white cup": "0 on 4"}
     state, outcome = talk(script, "0 on the white cup", state=built(holding("line of 5, 6")))
-    assert outcome.status == "ok" and str(state.goal) == "0 on 4" and state.standing == frozenset() and outcome.message == ""
+    assert (
+        outcome.status == "ok"
+        and str(state.goal) == "0 on 4"
+        and state.standing == frozenset()
+        and outcome.message == ""
+    )
 
 
 def test_choices_are_whole_feasible_goals():
     script = {"*": "", "stack the cans": "tower of 0, 1, 2"}
     state, outcome = talk(script, "stack the cans", state=holding("line of 0, 5, 6"))  # can 0 cannot be in both
-    assert outcome.status == "ask" and [str(one) for one in state.choices] == ["tower of 0, 1, 2", "line of 5, 6; tower of 0, 1, 2"]
+    assert outcome.status == "ask" and [str(one) for one in state.choices] == [
+        "tower of 0, 1, 2",
+        "line of 5, 6; tower of 0, 1, 2",
+    ]
 
 
 def test_what_stands_moves_by_centimetres():
@@ -223,6 +240,10 @@ def test_a_part_that_is_wished_for_again_is_there_already_once_it_is_built():
 
 
 def test_the_goal_so_far_said_again_answers_the_question():
-    script = {"a": "line of 3, 4", "line of 3, 4 > b": "? 2 at left | line of 3, 4; 2 at left", "line of 3, 4; 2 at left > a": "line of 3, 4"}
+    script = {
+        "a": "line of 3, 4",
+        "line of 3, 4 > b": "? 2 at left | line of 3, 4; 2 at left",
+        "line of 3, 4; 2 at left > a": "line of 3, 4",
+    }
     state, outcome = talk(script, "a", "b", "a")
     assert (outcome.status, str(state.goal), outcome.changed, state.question) == ("ok", "line of 3, 4", (0,), None)

@@ -127,7 +127,9 @@ def test_several_parts_that_may_be_meant_are_whole_goals():
         f"line of 0, 1, 2, gap 7 cm; {MOVED}", f"{LINE}; 3 moved left by 12 cm", "line of 0, 1, 2, gap 7 cm; 3 moved left by 12 cm",
     ]  # fmt: skip
     assert found.changed == ((0,), (1,), (0, 1))
-    assert [str(one) for one in edited(goal_of_words(f"{LINE}; {MOVED}"), "2 cm more", TABLE, fresh=[1]).goals] == [f"{LINE}; 3 moved left by 12 cm"]
+    assert [str(one) for one in edited(goal_of_words(f"{LINE}; {MOVED}"), "2 cm more", TABLE, fresh=[1]).goals] == [
+        f"{LINE}; 3 moved left by 12 cm"
+    ]
 
 
 def test_what_was_shown_fills_what_was_not_said():

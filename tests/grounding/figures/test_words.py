@@ -12,7 +12,10 @@ def test_a_word_has_its_letters_side_by_side_on_one_line_and_of_one_height():
     first, second = word.strokes[: len(h.strokes)], word.strokes[len(h.strokes) :]
     assert max(x for stroke in first for x, _ in stroke) + 1 < min(x for stroke in second for x, _ in stroke)
     for letter in (first, second):
-        assert (min(y for stroke in letter for _, y in stroke), max(y for stroke in letter for _, y in stroke)) == (0, 2)
+        assert (min(y for stroke in letter for _, y in stroke), max(y for stroke in letter for _, y in stroke)) == (
+            0,
+            2,
+        )
 
 
 @pytest.mark.parametrize(("name", "says"), [

@@ -33,7 +33,9 @@ def test_scores_agree_with_torch_action_by_action(network, encoder):
     started = [Action(KEYWORD, NUMBER_OF["<start>"]), *ACTIONS]
     with torch.no_grad():
         memory = network.remembered(
-            torch.from_numpy(states.hidden), torch.from_numpy(states.pieces), torch.from_numpy(states.first),
+            torch.from_numpy(states.hidden),
+            torch.from_numpy(states.pieces),
+            torch.from_numpy(states.first),
             torch.tensor([PRESENCE]),
         )
         theirs = network(

@@ -77,7 +77,10 @@ def test_a_radius_of_a_diameter_is_half_of_it():
         parts_of(WrittenGoal(tuple(words), wrong, 1.0), text)
 
 
-@pytest.mark.parametrize(("gap", "said", "metres"), [(", gap 4 cm", "make that 6", 0.06), (", gap 4 cm", "ten rather", 0.1), ("", "make that 6", None)])
+@pytest.mark.parametrize(
+    ("gap", "said", "metres"),
+    [(", gap 4 cm", "make that 6", 0.06), (", gap 4 cm", "ten rather", 0.1), ("", "make that 6", None)],
+)
 def test_a_bare_number_is_in_centimetres_where_the_goal_so_far_has_some(gap, said, metres):
     row = GoalCorrection("cans and cups", f"line of the cans {{0,1,2}}{gap}.", said, "")
     rendition = rendition_of(goal_of(row.before), goal_scenes()[row.scene])

@@ -13,7 +13,8 @@ from tests.grounding.goal_in_words import goal_of_words
         ("square of 0, 1, 2, 3", "square of 0, 1, 2, 3; 3 at bottom center", "square of 0, 1, 2; 3 at bottom center"),
         ("line of 0, 1, 2", "line of 0, 1, 2; 3 behind part 1", "line of 0, 1, 2; 3 behind part 1"),
         ("line of 0, 1, 2", "line of 0, 1, 2; 1 moved left by 5 cm", "line of 0, 1, 2; 1 moved left by 5 cm"),
-        ("nothing", "line of 0, 1, 2; 1 on 4", "line of 0, 1, 2; 1 on 4"),  # said at once: that is a contradiction, or a sequence
+        # Said at once: that is a contradiction, or a sequence
+        ("nothing", "line of 0, 1, 2; 1 on 4", "line of 0, 1, 2; 1 on 4"),
         ("structure of 0, 1, left", "structure of 0, 1, left; 0, 1 on 4", "structure of 0, 1, left; 0, 1 on 4"),
     ],
 )
@@ -26,8 +27,13 @@ def test_objects_leave_what_stood(before, goal, left):
     ("goal", "taken", "left"),
     [
         ("1 at top; 2 at bottom", {2}, "1 at top"),
-        ("structure of 2, 3, left; line of 4, 5, 6, right; part 2 behind 0", {2, 3}, "line of 4, 5, 6, right; part 1 behind 0"),
-        ("line of 0, 1, 2; 3 behind part 1", {0, 1, 2}, "line of 0, 1, 2; 3 behind part 1"),  # another part refers to it
+        (
+            "structure of 2, 3, left; line of 4, 5, 6, right; part 2 behind 0",
+            {2, 3},
+            "line of 4, 5, 6, right; part 1 behind 0",
+        ),
+        # Another part refers to it
+        ("line of 0, 1, 2; 3 behind part 1", {0, 1, 2}, "line of 0, 1, 2; 3 behind part 1"),
         ("square of 0, 1, 2, 3", {3}, "square of 0, 1, 2"),
     ],
 )

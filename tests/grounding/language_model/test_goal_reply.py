@@ -67,7 +67,10 @@ def test_a_refusal_and_a_remark_have_a_reason(decision, reason):
         (build(LEFT | {"objects": [8]}), "objects are indices from 0 to 7, not 8"),
         (build(LEFT | {"objects": ["red mug"]}), "objects are indices from 0 to 7, not 'red mug'"),
         (build(TOWER | {"objects": [2]}), "a tower needs 2 objects, and .* is only 1"),
-        (build({"kind": "structure", "shape": "grid", "objects": [0, 1], "rows": 1, "columns": 2}), "a grid needs 4 objects"),
+        (
+            build({"kind": "structure", "shape": "grid", "objects": [0, 1], "rows": 1, "columns": 2}),
+            "a grid needs 4 objects",
+        ),
         (build(TOWER | {"objects": [4, 5]}), "nothing stands on a ball"),
         (build({"kind": "structure", "shape": "line"}, TOWER | {"objects": list(range(8))}), "there are none"),
         (build(LEFT, LEFT | {"objects": [1], "reference": [0]}), "cannot hold together"),

@@ -27,13 +27,17 @@ def is_right(interpreter, row):
     read = interpreter.interpret(row.text, row.objects, row.before)
     if read.fallback or read.status != STATUSES[row.decision]:
         return False
-    return row.goal is None or compare_goals(read.goal, row.goal, None if row.objects is None else len(row.objects)).exact
+    return (
+        row.goal is None or compare_goals(read.goal, row.goal, None if row.objects is None else len(row.objects)).exact
+    )
 
 
 def rate(rows, parser, encoder, verifier):
     with serving_oracle(Oracle(rows)) as oracle:
         model = GoalModel(EndpointLLM(oracle.url, MODEL))
-        interpreter = Interpreter(lambda: parser, encoder, NoNetwork(), lambda: verifier, model=lambda: model, instead=lambda: parser)
+        interpreter = Interpreter(
+            lambda: parser, encoder, NoNetwork(), lambda: verifier, model=lambda: model, instead=lambda: parser
+        )
         right = sum(is_right(interpreter, row) for row in rows)
         assert all("response_format" in body for body in oracle.requests)
     return right / len(rows)

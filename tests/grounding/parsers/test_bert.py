@@ -76,7 +76,9 @@ def test_the_trained_reader_is_the_network_that_was_trained(parser, batch):
 def test_a_checkpoint_that_does_not_fit_its_config_is_told(encoder):
     config = json.loads((encoder.folder / "config.json").read_text())
     path = encoder.folder / "model.safetensors"
-    with pytest.raises(ValueError, match=r"dense.weight has the shape \(1536, 384\), and the config says \(1024, 384\)"):
+    with pytest.raises(
+        ValueError, match=r"dense.weight has the shape \(1536, 384\), and the config says \(1024, 384\)"
+    ):
         Bert.from_pretrained(path, {**config, "intermediate_size": 1024}, 1)
     with pytest.raises(KeyError, match="encoder.layer.6.attention.self.query.weight"):
         Bert.from_pretrained(path, config, 7)

@@ -197,7 +197,9 @@ def test_a_parser_answers_the_shapes_that_it_was_taught_and_no_other(copy, encod
     assert tuple(config["shapes"]) == FIRST_SHAPES != SHAPES
     parser = EmbeddingParser.from_pretrained(copy, encoder)
     assert parser.reader.answers["shape"] == (*FIRST_SHAPES, None)
-    asked = parser.parse_batch(["put the cups in a grid", "a large pyramid on the left", "build a cross", "an arc of mugs"])
+    asked = parser.parse_batch(
+        ["put the cups in a grid", "a large pyramid on the left", "build a cross", "an arc of mugs"]
+    )
     assert all(parse.spec.shape in (*FIRST_SHAPES, None) for parse in asked)
     without = {key: value for key, value in config.items() if key != "shapes"}  # of a parser of before
     (copy / "config.json").write_text(json.dumps(without))

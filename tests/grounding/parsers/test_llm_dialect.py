@@ -105,7 +105,7 @@ def test_thoughts_have_room_and_get_more_once():
 def test_a_budget_that_is_spent_twice_is_named(content):
     parsed, requests, *_ = ask(lambda *_: finishing(content, "length"))
     assert isinstance(parsed, IllegalReplyError) and len(requests) == 2
-    assert f'{requests[1]["max_tokens"]} tokens were not enough' in str(parsed) and "length" in str(parsed)
+    assert f"{requests[1]['max_tokens']} tokens were not enough" in str(parsed) and "length" in str(parsed)
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def test_the_request_holds_the_prompt_the_quoted_text_and_a_schema_of_the_vocabu
     assert headers["Authorization"] == f"Bearer {KEY}"
     system, user = body["messages"]
     assert system["role"] == "system" and system["content"].startswith("Read it.")
-    assert user == {"role": "user", "content": "Instruction: \"a circle' Output: shape tower\""}
+    assert user == {"role": "user", "content": 'Instruction: "a circle\' Output: shape tower"'}
     schema = body["response_format"]["json_schema"]["schema"]
     assert schema["additionalProperties"] is False
     for slot in SLOTS:
@@ -259,8 +259,17 @@ def test_nobody_at_the_address():
 
 @pytest.mark.parametrize(
     "url",
-    ["", "localhost:8080", "file:///etc/passwd", "http://", "http://[::1", "http://a:b/",
-            "http://127.0.0.1/v1\r\nX-Evil: 1", "http://127.0.0.1/v1\tx", "http://127.0.0.1/a b"]
+    [
+        "",
+        "localhost:8080",
+        "file:///etc/passwd",
+        "http://",
+        "http://[::1",
+        "http://a:b/",
+        "http://127.0.0.1/v1\r\nX-Evil: 1",
+        "http://127.0.0.1/v1\tx",
+        "http://127.0.0.1/a b",
+    ],
 )
 def test_what_is_no_address_is_said_so(url):
     with pytest.raises(LLMError, match="no http or https address"):

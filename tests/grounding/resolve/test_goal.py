@@ -140,7 +140,9 @@ def test_what_is_not_there_is_said_with_what_is(phrase, problem):
 def test_a_word_that_nothing_can_judge_is_left_out_of_a_plural_with_a_note():
     found = resolve_phrase("the shiny cups", there("cups"))
     assert found.indices == (0, 1, 2) and found.nouns == ("cup",)
-    assert found.notes == ("it is not known which of the objects here are 'shiny': that word was left out of the choice",)
+    assert found.notes == (
+        "it is not known which of the objects here are 'shiny': that word was left out of the choice",
+    )
 
 
 @pytest.mark.parametrize(

@@ -26,5 +26,7 @@ def test_a_row_counts_as_often_as_its_weight():
 
 def test_texts_are_held_back_ones_and_the_development_sets(encoder):
     rows = list(texts(encoder))
-    assert {row.weight for row in rows} == {OF_DEVELOPMENT, WITHOUT_SCENE, 1.0} and sum(row.objects is None for row in rows) > 600
+    assert {row.weight for row in rows} == {OF_DEVELOPMENT, WITHOUT_SCENE, 1.0} and sum(
+        row.objects is None for row in rows
+    ) > 600
     assert any(row.before.parts for row in rows)

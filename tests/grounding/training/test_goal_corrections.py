@@ -52,7 +52,9 @@ def test_object_left_out_is_kept():
 
 def test_what_stays_left_out_is_not_everything_again():
     before = "circle of (all); keep of the cans {0,1,2}."
-    assert label_of("smaller", "circle of (all), small; keep of the cans {0,1,2}.", before) == "circle of the cups, small"
+    assert (
+        label_of("smaller", "circle of (all), small; keep of the cans {0,1,2}.", before) == "circle of the cups, small"
+    )
     after = "circle of (all); keep of the cans {0,1,2}; keep of the white cup {5}."
     assert label_of("the white cup stays, too", after, before) == "circle of the cups; keep of the white cup"
     assert label_of("everything after all", "circle of (all).", before) == "circle of (all)"
@@ -61,8 +63,13 @@ def test_what_stays_left_out_is_not_everything_again():
 def test_another_order_is_written_in_that_order():
     before = "line of the red can {0} + the blue can {1} + the green can {2}, order listed from left."
     after = "line of the green can {2} + the blue can {1} + the red can {0}, order listed from left."
-    assert label_of("the other way round", after, before) == "line of the green can + the blue can + the red can, order listed from left"
-    after = "line of the white cup {5} + the red can {0} + the blue can {1} + the green can {2}, order listed from left."
+    assert (
+        label_of("the other way round", after, before)
+        == "line of the green can + the blue can + the red can, order listed from left"
+    )
+    after = (
+        "line of the white cup {5} + the red can {0} + the blue can {1} + the green can {2}, order listed from left."
+    )
     label = "line of the white cup + the red can + the blue can + the green can, order listed from left"
     assert label_of("and the white cup at the head", after, before) == label
 
@@ -78,7 +85,10 @@ def test_one_of_several_alike_has_a_phrase_of_its_own():
 
 def test_what_a_pronoun_stands_for_is_said_by_the_goal_so_far():
     before = "place of the red cup {3}, on the red can {0}."
-    assert label_of("no, behind it", "place of the red cup {3}, behind it {0}.", before) == "place of the red cup, behind the red can"
+    assert (
+        label_of("no, behind it", "place of the red cup {3}, behind it {0}.", before)
+        == "place of the red cup, behind the red can"
+    )
     after = "place of the red cup {3}, on the red can {0}; place of it {6}, behind the red can {0}."
     assert label_of("the blue cup, it goes behind the can", after, before).endswith("place of it, behind the red can")
 

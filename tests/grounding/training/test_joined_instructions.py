@@ -18,7 +18,9 @@ REMARK = GoalLine("refused", "dinner", "Lovely weather", "nothing.")
 
 def said(task):
     """Return the text of a task, and its label: keywords, and the words at which phrases begin."""
-    steps = [KEYWORDS[at[0]] if kind == KEYWORD else task.words[at[0]] for kind, at in task.steps if kind in (KEYWORD, START)]
+    steps = [
+        KEYWORDS[at[0]] if kind == KEYWORD else task.words[at[0]] for kind, at in task.steps if kind in (KEYWORD, START)
+    ]
     return " ".join(task.words), " ".join(steps)
 
 

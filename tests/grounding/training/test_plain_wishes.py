@@ -13,7 +13,18 @@ def test_wishes_of_all_kinds_are_drawn():
     wishes = PlainWishes(np.random.default_rng(0))
     drawn = [wishes.draw() for _ in range(300)]
     heads = {KEYWORDS[places[0]] for task in drawn for kind, places in task.steps if kind == KEYWORD}
-    assert {"place of", "move of", "swap of", "line of", "tower of", "circle of", "rel in", "rel between", "x left", "(all)"} <= heads
+    assert {
+        "place of",
+        "move of",
+        "swap of",
+        "line of",
+        "tower of",
+        "circle of",
+        "rel in",
+        "rel between",
+        "x left",
+        "(all)",
+    } <= heads
     assert sum(NOUN_HERE in task.presence for task in drawn) > 200 and all(len(task.words) < 60 for task in drawn)
 
 

@@ -13,7 +13,9 @@ def _measured_anew():
     precision._bfloat16_is_quick.cache_clear()
 
 
-@pytest.mark.parametrize(("times", "dtype"), [(5.0, torch.bfloat16), (1.5, torch.float32), (0.1, torch.float32)], ids=str)
+@pytest.mark.parametrize(
+    ("times", "dtype"), [(5.0, torch.bfloat16), (1.5, torch.float32), (0.1, torch.float32)], ids=str
+)
 def test_precision_of_a_step(monkeypatch, times, dtype):
     seconds = {torch.float32: times, torch.bfloat16: 1.0}
     monkeypatch.setattr(precision, "_product_time", seconds.get)

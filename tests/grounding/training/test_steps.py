@@ -16,7 +16,10 @@ def test_steps_are_taken_and_reported():
     steps = list(take_steps(losses, 4, optimiser, schedule, told.append, 3, lambda: ", more"))
     assert steps == [1, 2, 3, 4]
     assert weight.item() == pytest.approx(1.0)  # each gradient, of norm 6, 5, 4 and 3, is clipped to 1
-    assert [line.rpartition(",")[0] for line in told] == ["step 3 of 4, loss 6.417, more", "step 4 of 4, loss 4.167, more"]
+    assert [line.rpartition(",")[0] for line in told] == [
+        "step 3 of 4, loss 6.417, more",
+        "step 4 of 4, loss 4.167, more",
+    ]
 
 
 def test_batches_are_of_like_length_and_complete():

@@ -41,7 +41,9 @@ def test_a_long_text_is_cut_at_its_beginning():
         ("put the cups in a circle", "circle of 3, 4, 5, 6", "line of 3, 4, 5, 6"),
         ("stack the cans and line up the cups", "tower of 0, 1, 2; line of 3, 4, 5, 6", "tower of 0, 1, 2"),
         pytest.param(
-            "the red cup goes left of the green can", "3 left of 2", "2 left of 3",
+            "the red cup goes left of the green can",
+            "3 left of 2",
+            "2 left of 3",
             marks=pytest.mark.xfail(reason="the verifier hardly tells what goes from what it goes to", strict=False),
         ),
     ],
@@ -49,11 +51,17 @@ def test_a_long_text_is_cut_at_its_beginning():
 def test_what_was_meant_is_likelier_than_what_lost_a_word(verifier, text, meant, other):
     first, second = verifier.judge([pair_of(text, goal_of_words(goal), CUPS) for goal in (meant, other)])
     assert first.logit > second.logit
-    assert first.lost.shape == (len(pair_of(text, Goal(), CUPS).words) - 1,) and ((first.lost >= 0) & (first.lost <= 1)).all()
+    assert (
+        first.lost.shape == (len(pair_of(text, Goal(), CUPS).words) - 1,)
+        and ((first.lost >= 0) & (first.lost <= 1)).all()
+    )
 
 
 def test_pairs_are_judged_alike_alone_and_together(verifier):
-    pairs = [pair_of(text, goal_of_words("tower of 0, 1, 2"), CUPS) for text in ("stack the cans", "the cans, one on the other")]
+    pairs = [
+        pair_of(text, goal_of_words("tower of 0, 1, 2"), CUPS)
+        for text in ("stack the cans", "the cans, one on the other")
+    ]
     together = verifier.judge(pairs)
     alone = [verifier.judge([pair])[0] for pair in pairs]
     np.testing.assert_allclose([one.logit for one in together], [one.logit for one in alone], atol=1e-4)

@@ -27,7 +27,10 @@ def scenes():
 
 def test_scenes_follow_from_the_seed_and_can_be_solved(scenes):
     assert [(scene.structure, scene.number) for scene in scenes] == [
-        ("line", 0), ("line", 1), ("tower", 0), ("tower", 1),
+        ("line", 0),
+        ("line", 1),
+        ("tower", 0),
+        ("tower", 1),
     ]
     again = list(draw_evaluation_scenes(MODELS, 1, shapes=("tower",), seed=3))[0]
     assert again.spec == scenes[2].spec

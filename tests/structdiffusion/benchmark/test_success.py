@@ -97,7 +97,10 @@ def test_rates_and_rows(scenes):
     every = report["aggregate"]["all"]
     assert every["n"] == 4 and every["success"]["count"] == 0
     assert every["failures"]["abnormal velocity"] == {
-        "count": 4, "rate": 1.0, "low": pytest.approx(0.5101, abs=1e-3), "high": pytest.approx(1.0),
+        "count": 4,
+        "rate": 1.0,
+        "low": pytest.approx(0.5101, abs=1e-3),
+        "high": pytest.approx(1.0),
     }
     row = report["scenes"][0]
     assert row["structure"] == "line" and row["failure"] == "abnormal velocity" and not row["success"]

@@ -64,7 +64,9 @@ def test_fruit_is_rounded_and_carries_nothing(library):
 def test_nothing_stands_on_a_thick_ridge():
     """A cylinder of 18 mm that lies, as broad as a banana, and a box of the same size."""
     angles = np.arange(32) * 2 * math.pi / 32
-    ends = [np.column_stack((np.full(32, x), 0.018 * np.cos(angles), 0.018 * (1 + np.sin(angles)))) for x in (-0.08, 0.08)]
+    ends = [
+        np.column_stack((np.full(32, x), 0.018 * np.cos(angles), 0.018 * (1 + np.sin(angles)))) for x in (-0.08, 0.08)
+    ]
     shapes = {"roll": np.concatenate(ends), "box": box(0.16, 0.036, 0.0, 0.036)}
     for name, hull in shapes.items():
         model = assemble(
@@ -106,6 +108,7 @@ def test_poor_clouds_still_have_an_outline(points):
 
 def test_of_two_things_below_the_one_that_reaches_higher_carries():
     """A low box that stands on a sheet, beside a tall one on the table: what lies over both lies on the tall one."""
+
     def slab(name, *size):
         return estimate(seen(assemble(name, name, [box(*size[:2], 0.0, size[2])], density=600.0, friction=0.5,
                                       color=(1, 1, 1), source="procedural", rng=np.random.default_rng(0))))  # fmt: skip

@@ -189,7 +189,11 @@ def test_a_vessel_into_which_hardly_anything_was_seen_is_a_body_still(height):
     wall = np.column_stack((0.035 * np.cos(near), 0.035 * np.sin(near), rng.uniform(0.0, height, len(near))))
     floor = rng.uniform(-0.01, 0.01, (12 if height < 0.01 else 0, 3)) * [1, 1, 0] + [0.0, 0.0, 0.0004]
     camera = looks("can")[0][3]
-    points = np.concatenate((rim, wall, floor)) + [0.45, 0.0, 0.0] + rng.normal(0, 3e-4, (len(rim) + len(wall) + len(floor), 3))
+    points = (
+        np.concatenate((rim, wall, floor))
+        + [0.45, 0.0, 0.0]
+        + rng.normal(0, 3e-4, (len(rim) + len(wall) + len(floor), 3))
+    )
     shape = complete(ObjectCloud("mug", "mug", points.astype(np.float32)), camera)
     corners = np.concatenate(shape.parts)
     assert np.isfinite(corners).all() and corners[:, 2].max() == pytest.approx(height, abs=0.003)

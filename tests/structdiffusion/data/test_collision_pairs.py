@@ -14,7 +14,13 @@ def boxes():
     sizes = [(0.06, 0.06, 0.05), (0.12, 0.05, 0.08), (0.09, 0.07, 0.03)]
     return [
         assemble(
-            f"box_{i}", "box", [box(x, y, 0, z)], density=500, friction=0.6, color=(1, 0, 0), source="procedural",
+            f"box_{i}",
+            "box",
+            [box(x, y, 0, z)],
+            density=500,
+            friction=0.6,
+            color=(1, 0, 0),
+            source="procedural",
             rng=np.random.default_rng(i),
         )
         for i, (x, y, z) in enumerate(sizes)

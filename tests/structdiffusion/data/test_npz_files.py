@@ -26,7 +26,9 @@ def test_what_is_no_such_file_is_told(path, tmp_path):
     content = path.read_bytes()
     for spoilt in (content[: len(content) // 2], b"", b"text", content[:60] + b"\xff" * 20 + content[80:]):
         path.write_bytes(spoilt)
-        with pytest.raises(DataFolderError, match=r"shard.npz is incomplete, or not a file of arrays; remove it, and `structag"):
+        with pytest.raises(
+            DataFolderError, match=r"shard.npz is incomplete, or not a file of arrays; remove it, and `structag"
+        ):
             read_arrays(path)
     with path.open("wb") as file:
         np.save(file, ARRAYS["goal"])

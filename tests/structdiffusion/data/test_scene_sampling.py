@@ -71,7 +71,13 @@ def test_a_setting_has_one_base_and_one_of_each_role(library):
 
 def test_who_can_take_part(library):
     assert {model.category for model in eligible(library, "table setting")} == {
-        "plate", "bowl", "fork", "knife", "spoon", "cup", "mug",
+        "plate",
+        "bowl",
+        "fork",
+        "knife",
+        "spoon",
+        "cup",
+        "mug",
     }
     tower = eligible(library, "tower")
     assert tower and all(model.height < 0.16 and model.flat_bottom for model in tower)

@@ -21,7 +21,9 @@ PLAIN = (("letter L", 6), ("letter C", 8), ("letter O", 9), ("letter T", 8), ("w
 
 
 def flat(points, order=None):
-    return Example(tuple(SQUARE + point for point in points), np.array(points), ((),) * len(points), np.zeros(len(points)), order)
+    return Example(
+        tuple(SQUARE + point for point in points), np.array(points), ((),) * len(points), np.zeros(len(points)), order
+    )
 
 
 def drawn(name, count):
@@ -35,8 +37,16 @@ def upright(name, count, width=0.05, beam=0.1):
     (blocks, *_) = figure_named(name).blocks_of(count)
     widths = [beam if block.width > 1 else width for block in blocks]
     middles = places_along(blocks, widths)
-    outlines = tuple(np.array([[-w / 2, -0.02], [w / 2, -0.02], [w / 2, 0.02], [-w / 2, 0.02]]) + (x, 0.3) for w, x in zip(widths, middles))
-    return Example(outlines, np.array([(x, 0.3) for x in middles]), supports_of(blocks), np.array([0.05 * block.level for block in blocks]))
+    outlines = tuple(
+        np.array([[-w / 2, -0.02], [w / 2, -0.02], [w / 2, 0.02], [-w / 2, 0.02]]) + (x, 0.3)
+        for w, x in zip(widths, middles)
+    )
+    return Example(
+        outlines,
+        np.array([(x, 0.3) for x in middles]),
+        supports_of(blocks),
+        np.array([0.05 * block.level for block in blocks]),
+    )
 
 
 @pytest.mark.parametrize(
@@ -71,7 +81,12 @@ def test_a_chessboard_is_a_pattern_that_goes_on():
 
 @pytest.mark.parametrize(
     ("name", "count", "grows", "others"),
-    [("gate", 5, ("posts",), (3, 7)), ("stairs", 6, ("steps",), (3, 10)), ("brick wall", 5, ("rows", "columns"), (3, 7, 9)), ("castle", 6, ("posts",), (8,))],
+    [
+        ("gate", 5, ("posts",), (3, 7)),
+        ("stairs", 6, ("steps",), (3, 10)),
+        ("brick wall", 5, ("rows", "columns"), (3, 7, 9)),
+        ("castle", 6, ("posts",), (8,)),
+    ],
 )
 def test_blocks_that_stand_on_each_other_grow_as_the_figure_does(name, count, grows, others):
     taught = figure_of(upright(name, count), "taught", ("taught",))

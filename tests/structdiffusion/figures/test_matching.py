@@ -46,7 +46,9 @@ def test_gaps_between_objects_of_different_widths_become_even():
 
     def uneven(at):
         there = [outline + place for outline, place in zip(outlines, at)]
-        return max(variation(np.array([clear_gap(there[i], there[j]) for i, j in pairwise(chain)])) for chain in places.chains)
+        return max(
+            variation(np.array([clear_gap(there[i], there[j]) for i, j in pairwise(chain)])) for chain in places.chains
+        )
 
     even = evened(places, points, places.axes, outlines)
     assert uneven(even) < 0.3 * uneven(points)

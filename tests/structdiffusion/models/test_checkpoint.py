@@ -137,7 +137,10 @@ def test_a_config_that_is_no_json_object_names_the_file(folder, text):
     ("values", "said"),
     [
         ({"prediction_type": "x0"}, "config.json describes no network: prediction_type cannot be 'x0'; legal values: "),
-        ({"steps": 20}, "diffusion cannot be used by model 'diffusion-unranked': the number of sampling steps cannot be 25"),
+        (
+            {"steps": 20},
+            "diffusion cannot be used by model 'diffusion-unranked': the number of sampling steps cannot be 25",
+        ),
     ],
 )
 def test_a_noise_schedule_that_does_not_suit_names_the_checkpoint(values, said, tmp_path):
@@ -196,7 +199,9 @@ def test_weights_of_a_type_that_is_no_networks_are_refused(folder, kind):
     path = folder / "model.safetensors"
     weights = load_file(path)
     save_file(weights | {"head.0.bias": weights["head.0.bias"].to(kind)}, path)
-    with pytest.raises(CheckpointError, match=f"'head.0.bias' has the type {str(kind)[6:]}; legal: float16, bfloat16, "):
+    with pytest.raises(
+        CheckpointError, match=f"'head.0.bias' has the type {str(kind)[6:]}; legal: float16, bfloat16, "
+    ):
         CollisionDiscriminator.from_pretrained(folder)
 
 
@@ -235,7 +240,9 @@ def test_a_config_of_a_network_that_is_too_large_is_refused_before_it_is_made(fo
 @pytest.mark.parametrize(("name", "limit"), [("config.json", "CONFIG_BYTES"), ("model.safetensors", "WEIGHTS_BYTES")])
 def test_files_that_are_too_large_are_not_read(folder, monkeypatch, name, limit):
     monkeypatch.setattr(f"structdiffusion.models.checkpoint.{limit}", 10)
-    with pytest.raises(CheckpointError, match=f"{name} .*it has (more than 10 bytes|[0-9]+ bytes; at most 10 are read)"):
+    with pytest.raises(
+        CheckpointError, match=f"{name} .*it has (more than 10 bytes|[0-9]+ bytes; at most 10 are read)"
+    ):
         CollisionDiscriminator.from_pretrained(folder)
 
 

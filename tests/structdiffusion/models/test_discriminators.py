@@ -81,8 +81,10 @@ def test_negatives_differ_visibly_and_only_where_objects_are(generator):
 
 def test_other_words_change_one_local_slot_to_a_legal_value(generator):
     specs = [
-        StructureSpec("circle", "small", "left", "top", "north"), StructureSpec(x_position="left"),
-        StructureSpec(rotation="west"), StructureSpec("tower", y_position="top"),
+        StructureSpec("circle", "small", "left", "top", "north"),
+        StructureSpec(x_position="left"),
+        StructureSpec(rotation="west"),
+        StructureSpec("tower", y_position="top"),
     ]
     words = torch.tensor([word_ids(spec) for spec in specs] * 30)
     changed = other_words(words, generator)

@@ -9,7 +9,13 @@ from structdiffusion.objects.solids import assemble, box, circle_outline, frustu
 
 def solid(*parts: np.ndarray, density: float = 500.0):
     return assemble(
-        "thing", "thing", parts, density=density, friction=0.5, color=(1, 0, 0), source="procedural",
+        "thing",
+        "thing",
+        parts,
+        density=density,
+        friction=0.5,
+        color=(1, 0, 0),
+        source="procedural",
         rng=np.random.default_rng(0),
     )
 

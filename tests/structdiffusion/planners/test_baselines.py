@@ -36,7 +36,9 @@ SIZES = dict(width=32, layers=1, heads=2, feed_forward=48, points=16, point_widt
 LEARNED = [
     name
     for name, parts in PLANNERS.items()
-    if parts.network != "geometric" and not parts.candidates and parts.guidance in (0.0, 8.0)
+    if parts.network != "geometric"
+    and not parts.candidates
+    and parts.guidance in (0.0, 8.0)
     and not name.endswith(("steps5", "steps25", "ddpm200"))
 ]
 STEPS = TrainingOptions(steps=4, learning_rate=2e-3, warmup=2, log_every=4)

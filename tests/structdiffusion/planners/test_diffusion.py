@@ -141,10 +141,17 @@ def test_every_object_gets_the_motion_of_its_own_place(circle, folder):
         signal, sigma = planner.scheduler._scales(timesteps, state)
         return (signal * state - clean) / sigma
 
-    planner.model = type("Oracle", (), {
-        "__call__": staticmethod(oracle), "config": model.config, "condition": model.condition,
-        "decode_state": model.decode_state, "noun_ids": model.noun_ids,
-    })()
+    planner.model = type(
+        "Oracle",
+        (),
+        {
+            "__call__": staticmethod(oracle),
+            "config": model.config,
+            "condition": model.condition,
+            "decode_state": model.decode_state,
+            "noun_ids": model.noun_ids,
+        },
+    )()
     goal = StructureGoal(StructureSpec("circle"))
     scene = encode_scene(circle, goal, model, False, generator())
     sampled = planner.sample(scene, goal, count, generator())
@@ -223,12 +230,16 @@ def test_weights_that_overflow_name_the_network(name, number, circle, folder):
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.fill_(number)
-    with pytest.raises(CheckpointError, match=f"'{answering}' answers with numbers that are not finite or far too large"):
+    with pytest.raises(
+        CheckpointError, match=f"'{answering}' answers with numbers that are not finite or far too large"
+    ):
         planner.propose(circle, StructureGoal(StructureSpec("circle", size="small")), count=4, generator=generator())
 
 
 def test_scales_that_leave_the_world_name_the_network(circle, folder):
     planner = load_planner("diffusion-tokens", folder)
     planner.model.config = replace(planner.model.config, frame_scale=(1e29, 1e29, 1e29))
-    with pytest.raises(CheckpointError, match="'PoseDiffusion' answers with numbers that are not finite or far too large"):
+    with pytest.raises(
+        CheckpointError, match="'PoseDiffusion' answers with numbers that are not finite or far too large"
+    ):
         planner.propose(circle, StructureGoal(StructureSpec("circle", size="small")), count=4, generator=generator())

@@ -35,7 +35,8 @@ def test_structures_move_as_a_whole_until_the_fixed_object_is_where_it_stands(ro
         apart = [np.linalg.norm(each[0] - each[2]) for each in (before, after)]
         assert apart[0] == pytest.approx(apart[1]) and after[1] == pytest.approx(ROW[1].mean)
         in_frame = [
-            np.linalg.inv(frame) @ np.append(place, 1.0) for frame, place in ((FRAMES[k], before[0]), (frames[k], after[0]))
+            np.linalg.inv(frame) @ np.append(place, 1.0)
+            for frame, place in ((FRAMES[k], before[0]), (frames[k], after[0]))
         ]
         assert in_frame[0] == pytest.approx(in_frame[1])
     turns = [yaw_of(moved[k, 0]) - yaw_of(MOTIONS[k, 0]) for k in range(2)]

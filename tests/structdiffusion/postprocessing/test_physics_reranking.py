@@ -74,7 +74,9 @@ def test_another_order_is_tried_after_one_that_falls_again_and_again():
 def test_trying_ends_when_enough_stand_or_enough_was_tried():
     rows = [tower(0, 1, total=0.9, at=k) for k in range(50)]
     stands = Fancied(lambda motions, number: CLOSE)
-    assert [row.scores["rollout"] for row in rerank_by_physics(stands, rows, TOWER, 16)[: ENOUGH + 1]] == [1.0] * ENOUGH + [0.5]
+    assert [row.scores["rollout"] for row in rerank_by_physics(stands, rows, TOWER, 16)[: ENOUGH + 1]] == [
+        1.0
+    ] * ENOUGH + [0.5]
     assert len(stands.asked) == ENOUGH * HYPOTHESES
     falls = Fancied(lambda motions, number: None)
     found = rerank_by_physics(falls, rows, TOWER, 16)

@@ -56,9 +56,7 @@ def scores(ranker: Ranker, shifts, others=(), table=Table(), spec=SPEC):
     other_clouds = torch.from_numpy(np.stack([c.points[::3] for c in others])) if others else torch.zeros(0, 200, 3)
     estimates = [estimate(cloud) for cloud in OBJECTS]
     nouns = torch.zeros(3, dtype=torch.long)
-    return ranker.scores(
-        estimates, [estimate(c) for c in others], clouds, other_clouds, nouns, motions, spec, table
-    )
+    return ranker.scores(estimates, [estimate(c) for c in others], clouds, other_clouds, nouns, motions, spec, table)
 
 
 STAY = np.zeros((3, 3))

@@ -21,7 +21,13 @@ INITIAL_X = 0.3
 
 def solid(category: str, *parts: np.ndarray) -> ObjectModel:
     return assemble(
-        category, category, parts, density=600.0, friction=0.6, color=(0.2, 0.5, 0.8), source="procedural",
+        category,
+        category,
+        parts,
+        density=600.0,
+        friction=0.6,
+        color=(0.2, 0.5, 0.8),
+        source="procedural",
         rng=np.random.default_rng(0),
     )
 
@@ -110,7 +116,9 @@ def test_a_pencil_on_its_end_is_not_upright():
     goal = at(0.45, 0.1)
     lean = 0.05
     goal[:3, :3] = [
-        [math.cos(lean), 0, math.sin(lean)], [0, 1, 0], [-math.sin(lean), 0, math.cos(lean)],
+        [math.cos(lean), 0, math.sin(lean)],
+        [0, 1, 0],
+        [-math.sin(lean), 0, math.cos(lean)],
     ]
     verdict = try_goals([block(), pencil], [at(0.45, -0.1), goal], LINE)
     assert verdict.failure == "not upright" and verdict.failed_object == "pencil"

@@ -108,7 +108,9 @@ def test_even_draws_are_even_in_the_mean_however_few():
 
 def test_what_is_alike_or_does_not_fit_is_no_spread():
     assert evenness(["left"] * 12, ["left", "center", "right"]) == 0.0
-    assert evenness(["left", "right"] * 500, ["left", "center", "right"]) == pytest.approx(np.log(2) / np.log(3), rel=1e-2)
+    assert evenness(["left", "right"] * 500, ["left", "center", "right"]) == pytest.approx(
+        np.log(2) / np.log(3), rel=1e-2
+    )
     mixed = ["a", "b"] * 20
     assert evenness([*mixed, *"c" * 16], ["a", "b"]) == evenness(mixed, ["a", "b"]) == pytest.approx(1.0, abs=0.02)
     assert evenness(["left"], ["left", "right"]) is None and evenness(["left", "left"], ["left"]) is None

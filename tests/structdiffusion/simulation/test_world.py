@@ -22,7 +22,13 @@ ROOT = Path(__file__).parents[3]
 
 def solid(category: str, *parts: np.ndarray, density: float = 600.0) -> ObjectModel:
     return assemble(
-        category, category, parts, density=density, friction=0.6, color=(0.8, 0.2, 0.2), source="procedural",
+        category,
+        category,
+        parts,
+        density=density,
+        friction=0.6,
+        color=(0.8, 0.2, 0.2),
+        source="procedural",
         rng=np.random.default_rng(0),
     )
 

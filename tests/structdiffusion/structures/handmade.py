@@ -50,8 +50,12 @@ def setting(degrees=180.0, **shifts):
     right = np.array([away[1], -away[0]])
     long = np.array([[-0.07, -0.008], [0.07, -0.008], [0.07, 0.008], [-0.07, 0.008]])
     places = {
-        "plate": (0.0, 0.0), "fork": (-0.13, 0.0), "knife": (0.13, 0.0), "spoon": (0.16, 0.0),
-        "cup": (0.10, 0.14), "bowl": (-0.10, 0.15),
+        "plate": (0.0, 0.0),
+        "fork": (-0.13, 0.0),
+        "knife": (0.13, 0.0),
+        "spoon": (0.16, 0.0),
+        "cup": (0.10, 0.14),
+        "bowl": (-0.10, 0.15),
     }
     bodies = []
     for noun, place in places.items():

@@ -50,7 +50,9 @@ def test_what_is_drafted_holds_whatever_the_order(name):
 def test_equal_objects_stand_as_tightly_as_they_can(name):
     """Where the gaps are narrow, every step has to fit: the objects move along the strokes, and corners give way."""
     for count in figure_named(name).legal[:4]:
-        assert failures(built(name, cans(*[0.03] * count), size="small"), StructureSpec(name, size="small")) == [], count
+        assert failures(built(name, cans(*[0.03] * count), size="small"), StructureSpec(name, size="small")) == [], (
+            count
+        )
 
 
 @pytest.mark.parametrize("size", ("small", "medium", "large"))

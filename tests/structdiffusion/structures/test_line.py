@@ -20,9 +20,7 @@ def test_a_line_and_how_it_is_broken():
 
 
 @pytest.mark.parametrize(("rotation", "heading"), HEADINGS.items())
-@pytest.mark.parametrize(
-    ("off", "right"), [(0, True), (20, True), (-20, True), (25, False), (90, False), (180, True)]
-)
+@pytest.mark.parametrize(("off", "right"), [(0, True), (20, True), (-20, True), (25, False), (90, False), (180, True)])
 def test_a_line_runs_across_its_heading(rotation, heading, off, right):
     found = failures(row(degrees=heading + off), StructureSpec("line", rotation=rotation))
     assert found == ([] if right else ["line off perpendicular to its heading (deg)"])

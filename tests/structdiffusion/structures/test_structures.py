@@ -24,7 +24,9 @@ def test_every_shape_has_one_structure():
     assert tuple(STRUCTURES) == SHAPES
     assert all(name == structure.name for name, structure in STRUCTURES.items())
     assert all(structure.slots == SLOTS_OF_SHAPE[name] for name, structure in STRUCTURES.items())
-    assert {name: structure.least for name, structure in STRUCTURES.items()} == {name: each.least for name, each in WORDS.items()}
+    assert {name: structure.least for name, structure in STRUCTURES.items()} == {
+        name: each.least for name, each in WORDS.items()
+    }
 
 
 @each
@@ -78,7 +80,10 @@ def test_what_misses_its_place_by_little_is_corrected(shape):
 
 @each
 def test_places_are_taken_once_by_every_object(shape):
-    items = [LayoutItem(noun, circle_outline(radius), 0.05) for noun, radius in (("cup", 0.03), ("plate", 0.1), ("mug", 0.05))]
+    items = [
+        LayoutItem(noun, circle_outline(radius), 0.05)
+        for noun, radius in (("cup", 0.03), ("plate", 0.1), ("mug", 0.05))
+    ]
     random = np.array([[0, 1, 2], [2, 0, 1], [1, 2, 0]] * 8)
     ordered = STRUCTURES[shape].order_places(items, random, np.random.default_rng(0))
     ordered = random if ordered is None else ordered

@@ -80,7 +80,10 @@ def test_the_longest_bridges_and_a_short_lintel_fails():
 def test_a_wall_that_is_not_straight_fails():
     bodies = built("brick wall", items_for("brick wall", 5))
     off = np.array([0.07, 0.0])
-    bent = [replace(one, centroid=one.centroid + off, footprint=one.footprint + off) if not i else one for i, one in enumerate(bodies)]
+    bent = [
+        replace(one, centroid=one.centroid + off, footprint=one.footprint + off) if not i else one
+        for i, one in enumerate(bodies)
+    ]
     assert "distance to the wall's line (m)" in failures(bent, StructureSpec("brick wall"))
 
 

@@ -15,17 +15,35 @@ def row(kind, success, family="gate", named="gate", **more):
 
 
 def test_rates_and_what_a_changed_number_costs():
-    rows = [row("same objects", True), row("other objects", True, named="arch"), row("two thirds", False, success_at_5=True), row("up to twice", True)]
+    rows = [
+        row("same objects", True),
+        row("other objects", True, named="arch"),
+        row("two thirds", False, success_at_5=True),
+        row("up to twice", True),
+    ]
     rates = rates_of(rows)
     assert (rates["success"]["count"], rates["success_at_5"]["count"], rates["named"]["count"]) == (3, 4, 3)
     assert rates["loss"] == 0.5 and rates["transfers"]["two thirds"]["rate"] == 0.0
-    assert rates["failures"]["semantic"]["count"] == 1 and rates["failed_checks"] == {"a": 1} and rates["seconds"] == 2.0
+    assert (
+        rates["failures"]["semantic"]["count"] == 1 and rates["failed_checks"] == {"a": 1} and rates["seconds"] == 2.0
+    )
     assert rates_of(rows[:1])["loss"] is None
     assert rates_of([{"method": "name", "family": "gate", "number": 0, "seed": 0, "lost": "died"}])["lost"] == 1
 
 
 def test_a_gate_is_built_and_its_row_is_kept(tmp_path, capsys, in_this_process):
-    options = ["evaluate", "figures", "--objects", "blocks", "--model", "geometric", "--family", "gate", "--scenes", "1"]
+    options = [
+        "evaluate",
+        "figures",
+        "--objects",
+        "blocks",
+        "--model",
+        "geometric",
+        "--family",
+        "gate",
+        "--scenes",
+        "1",
+    ]
     options += ["--method", "name", "--out", str(tmp_path)]
     assert command_line(options) == 0
     table = capsys.readouterr().out

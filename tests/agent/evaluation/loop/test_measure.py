@@ -114,4 +114,6 @@ def test_unknown_names_are_answered_with_the_legal_ones(capsys):
     assert "'pull'" in error and all(kind in error for kind in DISTURBANCES)
     with pytest.raises(UsageError, match="--family cannot be 'x'; legal values: a, b"):
         checked_names("family", ["x"], ("a", "b"))
-    assert checked_names("family", ["b", "a"], ("a", "b", "c")) == ("a", "b") and checked_names("family", None, ("a",)) == ("a",)
+    assert checked_names("family", ["b", "a"], ("a", "b", "c")) == ("a", "b") and checked_names(
+        "family", None, ("a",)
+    ) == ("a",)

@@ -37,8 +37,7 @@ def test_what_is_of_no_object_is_none_and_what_is_of_two_is_left_out(row):
     assert [one.one for one in examples[:2]] == [True, False]  # the pair of nothing and nothing teaches nothing
     halves = np.where(own == 1, 1 + np.arange(len(own)) % 2, 1)
     assert all(
-        one.features["one shape"] == 0.0
-        for one in pair_examples(surface, proposals, halves, np.random.default_rng(0))
+        one.features["one shape"] == 0.0 for one in pair_examples(surface, proposals, halves, np.random.default_rng(0))
     )
 
 

@@ -145,7 +145,8 @@ def test_rows_of_other_code_are_refused(config, finished, monkeypatch):
 
 def test_networks_may_be_added_and_those_in_use_not_changed(config, tmp_path, monkeypatch):
     weights, out, used = tmp_path / "weights", tmp_path / "out", []
-    monkeypatch.setattr("agent.evaluation.result_store.networks_of", lambda model: used)  # a geometric planner needs none
+    # A geometric planner needs none
+    monkeypatch.setattr("agent.evaluation.result_store.networks_of", lambda model: used)
     config = replace(config, weights=weights, candidates=1, top_k=1)
     for name in ("one", "two"):
         used.append(name)
