@@ -197,6 +197,10 @@ class Tracker:
             fits[a, b], cost = self._on_group(sight, lost[a], guesses[lost[a]], groups[b])
             costs[a, b] = cost if cost < self._limit(fits[a, b], owned[b]) else IMPOSSIBLE
         pairs = [(a, b) for a, b in zip(*linear_sum_assignment(costs)) if costs[a, b] < IMPOSSIBLE]
+        if not pairs and len(lost) > 1:  # a group may be two that lean on each other: the one that fits, then the rest
+            costs = np.array([[self._cost(i, fits[a, b]) for b in range(len(groups))] for a, i in enumerate(lost)])
+            a, b = np.unravel_index(int(costs.argmin()), costs.shape)
+            pairs = [(a, b)] if costs[a, b] < self._limit(fits[a, b], owned=True) else []
         return {lost[a]: fits[a, b] for a, b in pairs}
 
     def _on_group(

@@ -250,3 +250,24 @@ def test_what_was_put_onto_another_may_stand_lower_than_expected(lower):
         motion = world.pose(1) @ np.linalg.inv(first)
         track = tracker.look(world.look(rng), {1: pose_from_xyz_yaw(0.0, 0.0, lower, 0.0) @ motion})[1]
     assert track.seen and abs(track.now_from_initial[2, 3] - motion[2, 3]) < 0.0015
+
+
+@pytest.mark.parametrize("kinds", [("bottle", "jar"), ("can", "bottle"), ("cup", "jar")])
+@pytest.mark.parametrize("way", ["lies against it", "stands beside it"])
+def test_two_of_one_color_that_touch_are_told_apart(kinds, way):
+    """Both are lost where the first was pushed, and the points of both are one group."""
+    places = {kinds[0]: (0.4, -0.1, 0.0), kinds[1]: (0.5, 0.25, 0.0)}
+    with Table(places, colors=[(0.2, 0.4, 0.7)] * 2) as table:
+        standing, fallen = table.world.models
+        table.put(0, pose_from_xyz_yaw(0.42, -0.05, 0.0, 0.0))
+        wide = [np.ptp(model.footprint[:, 1]) / 2 for model in (standing, fallen)]
+        y = -0.05 + wide[0] + 0.002
+        if way == "lies against it":
+            table.put(1, pose_from_xyz_rpy((0.42, y + fallen.height, wide[1]), (math.pi / 2, 0.0, 0.0)))
+        else:
+            table.put(1, pose_from_xyz_yaw(0.42, y + wide[1], 0.0, 0.0))
+        tracks = table.look()
+        assert all(track.seen for track in tracks) and not table.tracker.unknown
+        assert table.error(0) < 0.006 and table.error(1) < 0.02
+        lies = tilt_between(tracks[1].now_from_initial, np.eye(4)) > math.radians(45)
+        assert lies == (tilt_between(table.world.pose(1), np.eye(4)) > math.radians(45))
