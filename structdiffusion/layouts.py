@@ -31,6 +31,25 @@ _NARROWEST_THIRD = 0.03
 _EDGE_MARGIN = 0.005  # m, to the table's edge
 
 
+class NoRoomError(LayoutError):
+    """Raised if a structure is larger than the table.
+
+    Attributes:
+        excess: metres by which.
+    """
+
+    def __init__(self, message: str, excess: float) -> None:
+        super().__init__(message)
+        self.excess = excess
+
+
+def nearest_to_fitting(reasons: Sequence[LayoutError]) -> LayoutError:
+    """Return the reason of the layout that comes nearest to fitting, as it says what is missing at least; otherwise the
+    first.
+    """
+    return min(reasons, key=lambda reason: reason.excess if isinstance(reason, NoRoomError) else math.inf)
+
+
 @dataclass(frozen=True)
 class Layout:
     """The poses of all objects of a structure.
@@ -91,7 +110,7 @@ def _placed_draft(
     keys: StructureKeys,
 ) -> tuple[Draft, np.ndarray]:
     """Draw a structure and its centre (2,); if it does not fit and its size is open, try a smaller or a rotated one."""
-    structure, reason = structure_named(spec.shape), None
+    structure, reasons = structure_named(spec.shape), list[LayoutError]()
     smaller = structure.smaller_to_fit and spec.size is None and keys == NO_KEYS
     sizes = (None, "medium", "small") if smaller else (spec.size,)
     # What follows the table's edges fits more easily.
@@ -103,8 +122,8 @@ def _placed_draft(
             outlines = [turned(items[i].footprint, turn) + at for i, turn, at in placed]
             return draft, _place_centre(outlines, spec, table, rng)
         except LayoutError as error:
-            reason = reason or error
-    raise reason
+            reasons.append(error)
+    raise nearest_to_fitting(reasons)
 
 
 def _lay_out_any_shape(
@@ -120,6 +139,18 @@ def _lay_out_any_shape(
     raise LayoutError("no shape can be built with these objects: " + "; ".join(reasons))
 
 
+def _no_room(name: str, outlines: Sequence[np.ndarray], table: Table) -> NoRoomError:
+    """Return the error of a structure that reaches beyond the table: in the direction in which it does so most."""
+    extent = np.ptp(np.concatenate(outlines), axis=0)
+    room = np.array([table.x_max - table.x_min, table.y_max - table.y_min])
+    worst = int((extent - room).argmax())
+    return NoRoomError(
+        f"{name} of these objects is {extent[worst]:.2f} m {('deep', 'wide')[worst]}, "
+        f"and the table has room for {room[worst]:.2f} m",
+        float((extent - room)[worst]),
+    )
+
+
 def _place_centre(
     outlines: Sequence[np.ndarray], spec: StructureSpec, table: Table, rng: np.random.Generator
 ) -> np.ndarray:
@@ -131,6 +162,7 @@ def _place_centre(
     inner = Table(
         table.x_min + _EDGE_MARGIN, table.x_max - _EDGE_MARGIN, table.y_min + _EDGE_MARGIN, table.y_max - _EDGE_MARGIN
     )
+    name = a_structure(f"{spec.size} {spec.shape}" if spec.size else str(spec.shape))
     centre = np.zeros(2)
     for axis, value, names in (
         (0, spec.y_position, Y_POSITION_THIRDS),
@@ -138,23 +170,15 @@ def _place_centre(
     ):
         low, high = centre_range(outlines, np.zeros(2), inner)[axis]
         if high <= low:
-            side = "deep" if axis == 0 else "wide"
-            extent = np.ptp(np.concatenate(outlines)[:, axis])
-            room = (table.x_max - table.x_min, table.y_max - table.y_min)[axis]
-            raise LayoutError(
-                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects is "
-                f"{extent:.2f} m {side}, "
-                f"and the table only {room:.2f} m"
-            )
+            raise _no_room(name, outlines, inner)
         if value is None:
             centre[axis] = rng.uniform(low, high)
             continue
         third = (high - low) / 3
         if third < _NARROWEST_THIRD:
             raise LayoutError(
-                f"{a_structure(f'{spec.size} {spec.shape}' if spec.size else spec.shape)} of these objects fills the "
-                "table so far that "
-                f"{value!r} means nothing: its centre can move by {high - low:.3f} m only"
+                f"{name} of these objects fills the table so far that {value!r} means nothing: "
+                f"its centre can move by {high - low:.3f} m only"
             )
         start = low + names.index(value) * third
         centre[axis] = rng.uniform(start + _THIRD_MARGIN * third, start + (1 - _THIRD_MARGIN) * third)

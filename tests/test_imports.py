@@ -48,7 +48,7 @@ LAYERS = (
     ),
     ("grounding.dialogue", "grounding.training", "structdiffusion.parallel"),
     ("structdiffusion.completion", "structdiffusion.data"),
-    ("structdiffusion.models",),
+    ("structdiffusion.fitting_shapes", "structdiffusion.models"),
     ("structdiffusion.postprocessing", "structdiffusion.training"),
     ("structdiffusion.composition",),
     ("structdiffusion.planners",),

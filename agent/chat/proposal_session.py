@@ -159,7 +159,8 @@ class ProposalSession(TableSession):
             self.table.involve([cloud.name for cloud in proposed.scene.objects])
             tell(perceived_event(proposed.scene, looking, self.table))
         tell(proposed)
-        viable = len(filter_viable(proposed.arrangements))
+        spec = wanted if isinstance(wanted, StructureSpec) else None
+        viable = len(filter_viable(proposed.arrangements, proposed.scene, spec))
         self.ranks = other_ranks(proposed.arrangements, proposed.scene, self._shown)
         if not self.ranks:
             tell(events.Noted(_NO_OTHER))

@@ -6,12 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from agent.errors import NoValidGoal, UsageError
 from agent.model_cards.provenance import Provenance, provenance_of, require_cards
 from structdiffusion.observation import Arrangement
 from structdiffusion.planners.registry import PLANNERS, legal_instead_of
 
 if TYPE_CHECKING:
+    from grounding.spec import StructureSpec
+    from structdiffusion.observation import Scene
     from structdiffusion.planners.factory import Planner
     from structdiffusion.planners.goal_planner import GoalArrangement
 
@@ -59,17 +63,47 @@ def is_viable(arrangement: Arrangement | GoalArrangement) -> bool:
     return arrangement.scores["total"] >= LEAST_SCORE or arrangement.scores.get("rollout") == 1.0
 
 
-def filter_viable(arrangements: Sequence[Arrangement]) -> list[Arrangement]:
+def filter_viable(
+    arrangements: Sequence[Arrangement], scene: Scene | None = None, spec: StructureSpec | None = None
+) -> list[Arrangement]:
     """Keep the arrangements that are worth a try, best first.
+
+    Args:
+        arrangements: best first.
+        scene: of whose objects, and
+        spec: of which structure they are, to say what is impossible; `None` if that is not of interest, or they are of
+            a goal of several parts.
 
     Raises:
         NoValidGoal: if there is none.
     """
     good = [arrangement for arrangement in arrangements if is_viable(arrangement)]
-    if not good:
-        best = max((arrangement.scores["total"] for arrangement in arrangements), default=0.0)
-        raise NoValidGoal(
-            f"none of {len(arrangements)} proposed arrangements is good enough: the best scores {best:.2g}, "
-            f"and at least {LEAST_SCORE} is needed"
-        )
-    return good
+    if good:
+        return good
+    from structdiffusion.fitting_shapes import why_it_does_not_fit
+
+    none = f"none of {len(arrangements)} proposed arrangements is good enough"
+    if scene is not None and spec is not None and (reason := why_it_does_not_fit(scene, spec, _rng())):
+        raise NoValidGoal(f"{none}: {reason}{what_fits(scene, spec)}")
+    best = max((arrangement.scores for arrangement in arrangements), key=lambda scores: scores["total"], default={})
+    factors = sorted((score, name) for name, score in best.items() if name != "total")
+    most = f"; what costs it most is {factors[0][1]!r}, {factors[0][0]:.2g}" if factors else ""
+    raise NoValidGoal(
+        f"{none}: the best scores {best.get('total', 0.0):.2g}, and at least {LEAST_SCORE} is needed{most}"
+    )
+
+
+def what_fits(scene: Scene, spec: StructureSpec) -> str:
+    """Return what can be built of the same objects instead, as the end of a sentence; empty if nothing is known."""
+    from structdiffusion.fitting_shapes import shapes_that_fit
+    from structdiffusion.structures.structure import a_structure
+
+    shapes = [a_structure(name) for name in shapes_that_fit(scene, spec, _rng())]
+    if not shapes:
+        return ""
+    return f"; {' or '.join(filter(None, (', '.join(shapes[:-1]), shapes[-1])))} of them fits"
+
+
+def _rng() -> np.random.Generator:
+    """Return the generator of layouts that are drawn to explain a refusal: the same every time."""
+    return np.random.default_rng(0)

@@ -12,6 +12,7 @@ import shapely
 
 from agent import events
 from agent.errors import NotBuildable, NoValidGoal
+from agent.pipeline.candidates import what_fits
 from agent.pipeline.event_builders import goal_positions, turns_about_z
 from structdiffusion.observation import Arrangement
 
@@ -72,7 +73,8 @@ def propose_arrangements(
     try:
         arrangements = planner.propose(flat, goal, count=count, generator=generator, **more)
     except LayoutError as error:
-        raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}") from error
+        instead = what_fits(flat, goal.spec)
+        raise NoValidGoal(f"the model {model!r} proposed no valid arrangement: {error}{instead}") from error
     lowering = np.tile(np.eye(4), (len(scene.objects), 1, 1))
     lowering[:, 2, 3] = [-cloud.bottom for cloud in scene.objects]
     arrangements = [replace(each, goal_from_initial=each.goal_from_initial @ lowering) for each in arrangements]

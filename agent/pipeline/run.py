@@ -230,7 +230,8 @@ class _Run:
         from agent.pipeline.candidates import filter_viable
 
         yield proposed
-        scene, arrangements = proposed.scene, filter_viable(proposed.arrangements)
+        scene, spec = proposed.scene, None if isinstance(wanted, TableGoal) else wanted
+        arrangements = filter_viable(proposed.arrangements, scene, spec)
         chosen = chosen_event(1, arrangements[0], scene, wanted if isinstance(wanted, TableGoal) else None)
         yield chosen
         if aside := describe_aside(chosen):

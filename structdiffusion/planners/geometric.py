@@ -12,7 +12,7 @@ from structdiffusion.completion.estimate import ObjectEstimate, estimate, imagin
 from structdiffusion.evaluation_protocol import CLEARANCE
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.layouts import lay_out
+from structdiffusion.layouts import lay_out, nearest_to_fitting
 from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
 from structdiffusion.postprocessing.anchoring import anchor, those_as_asked
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
@@ -43,13 +43,13 @@ class GeometricPlanner:
         rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
         objects = [estimate(cloud) for cloud in scene.objects]
         others = [estimate(cloud) for cloud in scene.distractors]
-        laid_out, frames, reason = [], [], None
+        laid_out, frames, reasons = [], [], list[LayoutError]()
         for _ in range(count):
             order = rng.permutation(len(objects))
             try:
                 layout = lay_out([objects[i].layout_item() for i in order], goal.spec, scene.table, rng)
             except LayoutError as error:
-                reason = error
+                reasons.append(error)
                 continue
             motions = np.zeros((len(objects), 4, 4))
             for place, i in enumerate(order):
@@ -61,7 +61,7 @@ class GeometricPlanner:
             laid_out.append(motions)
             frames.append(layout.world_from_structure)
         if not laid_out:
-            raise reason
+            raise nearest_to_fitting(reasons)
         settled = settle_each(objects, np.array(laid_out))
         settled, placed_frames = anchor(objects, settled, np.array(frames), goal.spec, scene.fixed)
         scores = self._scores(objects, others, settled, goal, scene.table)

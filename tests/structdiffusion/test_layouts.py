@@ -157,11 +157,11 @@ def test_what_cannot_be_made_is_said_in_a_sentence(items, spec, sentence):
 
 def test_a_size_that_does_not_fit_names_the_size_and_both_lengths():
     spec = StructureSpec("line", "large", rotation="north")
-    sentence = r"a large line .* is (\S+) m wide, and the table only (\S+) m"
+    sentence = r"a large line .* is (\S+) m wide, and the table has room for (\S+) m"
     with pytest.raises(LayoutError, match=sentence) as caught:
         lay_out([disc(0.09)] * 6, spec, Table(), np.random.default_rng(0))
     extent, room = map(float, re.search(sentence, str(caught.value)).groups())
-    assert extent > room == 0.9
+    assert extent > room == 0.89  # less a margin at each edge
 
 
 def test_a_third_too_narrow_to_mean_anything_is_refused():

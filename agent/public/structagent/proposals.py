@@ -317,7 +317,8 @@ def _ranked(
 ) -> Proposals:
     from agent.pipeline.candidates import filter_viable, is_viable
 
-    kept = arrangements if keep_invalid else filter_viable(arrangements)
+    spec = goal.goal.plain_spec
+    kept = arrangements if keep_invalid else filter_viable(arrangements, scene.observation(moved), spec)
     items = tuple(_proposal(each, moved, len(scene), is_viable(each)) for each in kept)
     status = "ok" if any(each.valid for each in items) else "no valid arrangement"
     notes = (*scene.notes, *goal.notes)

@@ -235,6 +235,9 @@ def test_candidates_that_score_next_to_nothing_are_no_goal():
     assert filter_viable([stood, good, bad, fell]) == [stood, good]
     with pytest.raises(NoValidGoal, match="none of 2 proposed arrangements is good enough"):
         filter_viable([bad, bad])
+    touching = Arrangement(np.eye(4)[None], {"structure": 0.9, "collision": 0.01, "total": 0.009})
+    with pytest.raises(NoValidGoal, match="the best scores 0.009, .*; what costs it most is 'collision', 0.01"):
+        filter_viable([touching, Arrangement(np.eye(4)[None], {"structure": 0.001, "collision": 1.0, "total": 0.001})])
 
 
 def test_checkpoint_of_another_model(fails, checkpoints, tmp_path):
@@ -490,7 +493,7 @@ def test_benchmark_measures_growth(tmp_path, capsys, monkeypatch):
 
 def test_benchmark_with_options_that_cannot_be(fails):
     assert "there is no folder nowhere with checkpoints" in fails(6, "benchmark", "--weights", "nowhere")
-    assert "and the table only" in fails(3, "benchmark", "--objects", "40")
+    assert "and the table has room for" in fails(3, "benchmark", "--objects", "40")
     assert "has no file src/StructDiffusion/models/models.py" in fails(6, "benchmark", "--reference", "nowhere")
     folder = checkout(Path("there"))
     assert "--model geometric has none" in fails(2, "benchmark", "--reference", str(folder), *EXACT)

@@ -265,7 +265,7 @@ def test_no_valid_arrangement_is_an_error_unless_it_is_asked_for():
     large = [box_cloud(0.3 + 0.12 * k, -0.1 + 0.1 * k, 0.28, 0.05) for k in range(3)]
     table = (0.25, 0.65, -0.2, 0.2)
     message = refused(large, {"shape": "circle"}, table=table, model="diffusion", exit_code=4)
-    assert "none of 4 " in message and "the best scores" in message
+    assert "none of 4 " in message and "a circle of these objects is 0.6" in message and "room for 0.39 m" in message
     found = structagent.propose(large, {"shape": "circle"}, table=table, count=4, keep_invalid=True)
     assert found.status == "no valid arrangement" and len(found) == 4 and not found.best.valid
     assert "no valid arrangement" in repr(found)
