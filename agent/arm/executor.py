@@ -174,6 +174,8 @@ class _Builder:
                 return True
             current = None
         yield PlaceFailed(index, name, reason)
+        if step.plan is not None:  # the plans of the other steps take it to be there
+            work.expected[index] = step.plan.goal_from_now @ work.expected[index]
         change = work.give_up(index, reason if blocked else "")
         if change is not None:
             yield Noticed(index, name, change.what, change.detail, work.answer_failure(change))

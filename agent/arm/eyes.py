@@ -125,7 +125,7 @@ class Eyes:
                 continue
             if fallen and self._seems_upright(picture, k, now, before):
                 now, fallen = raised(before, 0.0), False
-                now[:3, 3] += self._way(k, before, track.now_from_initial @ from_first)
+                now[:2, 3] += self._way(k, before, track.now_from_initial @ from_first)[:2]  # it is as high as before
             if fallen and k not in unclear and tilt_between(now, before) > LYING:
                 now, clear = self._with_foot(picture, k, now, before, k == dropped)
                 if not clear:

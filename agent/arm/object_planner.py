@@ -16,12 +16,13 @@ from agent.arm.motion_planner import CLEARANCE, HELD_OVERLAP, PlanningScene
 from agent.arm.placement_rules import ObstacleKey, PlacementRules
 from agent.arm.reachability import APPROACH, TOUCHING, Pair, Pick, Reachability, Standing
 from agent.arm.sliding import is_along_table, leads, sliding_path
-from agent.arm.trajectories import CARTESIAN_STEP, interpolate
+from agent.arm.trajectories import CARTESIAN_STEP, interpolate, level_path
 from structdiffusion.evaluation_protocol import MAX_TILT, RELEASE_HEIGHT
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, tilt_between, transform_points, turn_of
 
 SHORT_APPROACH = 0.05  # m, where the longer line is blocked or out of reach, as on top of a high tower
 ROOM = 0.02  # m that is kept around what is carried, where there is so much: hulls may overlap a little, and motors lag
+RISES = (0.0, 0.1, 0.2)  # m by which the hand is lifted further to carry something level over what stands in the way
 LIFTS_TRIED = 2  # after which what slips out of the fingers is slid, if its goal is on the table
 PAIRS_TRIED = 24  # ways to release an object that are tried before it is given up
 # m above the goal where an object is released, as in the evaluation protocol. From 5 mm or 1 cm less fruit rolls on, but the
@@ -333,11 +334,15 @@ class ObjectPlanner:
         )
 
     def _transfer(self, held: np.ndarray, start: np.ndarray, goal: np.ndarray) -> np.ndarray | None:
-        """Return a motion with an object (V, 3) in the hand, if possible with room around it."""
+        """Return a motion with an object (V, 3) in the hand, if possible level and with room around it."""
         from_middle = held - held.mean(axis=0)
         away = from_middle / np.maximum(np.linalg.norm(from_middle, axis=1, keepdims=True), 1e-9)
+        level = [level_path(self.kinematics, start, goal, rise) for rise in RISES]
         for room in (ROOM, 0.0):
             self.scene.hold(held + room * away)
+            for path in level:
+                if path is not None and not self.scene.path_collides(path):
+                    return path
             path = self.scene.plan(start, goal)
             if path is not None:
                 break

@@ -10,7 +10,7 @@ from shapely import MultiPoint
 
 from agent.arm.grasps import Grasp
 from agent.arm.kinematics import Kinematics
-from agent.arm.trajectories import straight_line
+from agent.arm.trajectories import WAYPOINTS, straight_line
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points, yaw_of
 
 LEVEL = 0.005  # m by which a goal may be higher or lower than the table
@@ -18,7 +18,6 @@ UPRIGHT = math.cos(math.radians(5.0))  # of the tilt up to which a motion counts
 MIDDLE = 0.03  # m from its middle up to which an object is taken in the middle
 AHEAD = math.cos(math.radians(45.0))  # of the angle between the way and where the hand is, seen from the middle
 WAY_CLEARANCE = 0.01  # m beside what is slid
-WAYPOINTS = 20  # poses of the hand between start and goal
 
 
 def is_along_table(goal_from_now: np.ndarray) -> bool:

@@ -9,11 +9,14 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from agent.arm.kinematics import Kinematics
+from structdiffusion.geometry import raised
 
 CARTESIAN_STEP = 0.01  # m between the states of a straight line
 LARGEST_JUMP = 0.35  # rad that a joint may turn between two of them
+WAYPOINTS = 20  # poses of the hand on a way on which it turns
 
 
 def straight_line(
@@ -75,6 +78,33 @@ def straight_lines(
             line.append(again[0])
         lines.append(np.array(line))
     return lines
+
+
+def level_path(kinematics: Kinematics, start: np.ndarray, goal: np.ndarray, rise: float) -> np.ndarray | None:
+    """Return the joint path (T, n) on which the hand moves straight, and turns about the vertical alone if it can.
+
+    What hangs between two fingers swings out of them when the hand tilts.
+
+    Args:
+        kinematics: the kinematics of the arm.
+        start, goal: (n,).
+        rise: metres that the hand is lifted first, and lowered in the end.
+
+    Returns:
+        The path, or `None` if it is out of reach, or does not end in `goal`.
+    """
+    first, last = kinematics.forward(np.stack((start, goal)))
+    turn = Rotation.from_matrix(last[:3, :3] @ first[:3, :3].T).as_rotvec()
+    poses = [first]
+    for share in np.linspace(0.0, 1.0, WAYPOINTS + 1):
+        pose = raised(first, rise)
+        pose[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ first[:3, :3]
+        pose[:3, 3] += share * (last - first)[:3, 3]
+        poses.append(pose)
+    path = straight_line(kinematics, start, [*poses, last])
+    if path is None or np.abs(kinematics.unwind(goal, path[-1]) - path[-1]).max() > LARGEST_JUMP:
+        return None
+    return np.concatenate((path[:-1], kinematics.unwind(goal, path[-1])[None]))
 
 
 def interpolate(path: np.ndarray, step: float) -> np.ndarray:

@@ -36,7 +36,7 @@ def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None, c
         cloud: the seen points.
         world_from_camera: (4, 4), or `None`; then nothing is known to be hidden.
         covered: whether something stands on it. Then its top is not seen, and nothing tells how far its sides reach back:
-            it is taken to fill the smallest rectangle around what is seen, if it is not round.
+            it is taken to fill a rectangle around what is seen, if it is not round.
     """
     points = np.asarray(cloud.points, dtype=np.float64)
     if world_from_camera is None or len(points) < 4:
@@ -66,8 +66,18 @@ def _surface_points(parts: tuple[np.ndarray, ...], count: int) -> np.ndarray:
 
 
 def _prism(points: np.ndarray, bottom: float) -> np.ndarray:
-    """Return the corners (8, 3) of an upright prism over the smallest rectangle around points (P, 3)."""
-    corners = np.array(shapely.MultiPoint(points[:, :2]).minimum_rotated_rectangle.exterior.coords)[:4]
+    """Return the corners (8, 3) of an upright prism over the rectangle around points (P, 3) that they lie nearest to the
+    sides of, on average.
+
+    Around two faces of a box the smallest rectangle has two solutions of the same area, and the other one lies across.
+    """
+    headings = np.deg2rad(np.arange(90.0))
+    axes = np.stack((np.cos(headings), np.sin(headings), -np.sin(headings), np.cos(headings)), axis=1).reshape(-1, 2, 2)
+    along = axes @ points[:, :2].T  # (90, 2, P)
+    low, high = along.min(axis=2, keepdims=True), along.max(axis=2, keepdims=True)
+    best = int(np.minimum(along - low, high - along).min(axis=1).mean(axis=1).argmin())
+    (left, near), (right, far) = low[best, :, 0], high[best, :, 0]
+    corners = np.array([(left, near), (left, far), (right, far), (right, near)]) @ axes[best]
     return np.concatenate([np.column_stack((corners, np.full(4, z))) for z in (bottom, points[:, 2].max())])
 
 

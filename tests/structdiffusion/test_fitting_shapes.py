@@ -22,7 +22,11 @@ def test_the_reason_names_what_is_needed_and_what_there_is():
     """Ten boxes of 14 cm, side by side, are 1.4 m and the gaps; a line of them may run in any direction."""
     reason = why_it_does_not_fit(boxes(10, 0.14), StructureSpec("line"), np.random.default_rng(0))
     start, needed, _, side, rest = reason.split(" is ")[0], *reason.split(" is ")[1].split(" ", 3)
-    assert start == "a line of these objects" and side in ("wide,", "deep,") and rest.startswith("and the table has room for")
+    assert (
+        start == "a line of these objects"
+        and side in ("wide,", "deep,")
+        and rest.startswith("and the table has room for")
+    )
     assert 1.4 < float(needed) < 1.9
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from agent.arm.arm_model import arm_model
-from agent.arm.events import Picked, Placed, PlanFailed, Planned
+from agent.arm.events import Picked, PickFailed, Placed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.kinematics import JacoArm, Kinematics
 from agent.arm.plan_selection import plan_structure
@@ -112,14 +112,13 @@ def test_a_tower_is_taken_down_into_a_line():
         scene = table.look()
         assert [cloud.bottom for cloud in scene.objects] == pytest.approx(bottoms[:3], abs=0.002)
         arrangement = Arrangement(goals @ np.linalg.inv(stack))
-        table.arm.hold_by("weld")  # what was seen of the lower blocks is too little to hold them by friction
-        planned, *_ = plan_structure(scene, [arrangement], rng=np.random.default_rng(3), hold="weld")
+        planned, *_ = plan_structure(scene, [arrangement], rng=np.random.default_rng(3))
         built = list(build_structure(table.world, table.arm, scene, [arrangement], rng=np.random.default_rng(3)))
         assert isinstance(planned, Planned) and replace(planned, seconds=0.0) == replace(built[0], seconds=0.0)
         assert planned.order == (2, 1, 0)
-        # Of the lower blocks the camera saw one side, so that the hand meets them off their middles: one may be placed
-        # once more, and what counts is where the protocol lets them stand.
-        assert [event.object for event in built if isinstance(event, Placed)][:3] == [2, 1, 0]
+        # Of the lower blocks the camera saw two faces, from which the rest has to be guessed.
+        assert not [event for event in built if isinstance(event, PickFailed)]
+        assert [event.object for event in built if isinstance(event, Placed)] == [2, 1, 0]
         table.world.step(0.5)
         for pose, goal in zip(table.world.poses(), goals, strict=True):
             assert np.linalg.norm(pose[:3, 3] - goal[:3, 3]) < MAX_DISPLACEMENT and pose[2, 3] == pytest.approx(

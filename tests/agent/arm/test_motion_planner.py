@@ -11,7 +11,7 @@ from agent.arm.kinematics import Kinematics
 from agent.arm.motion_planner import LEAVING, PlanningScene, solid_hull
 from agent.arm.self_filter import distance_to_arm
 from agent.arm.state import ArmState
-from agent.arm.trajectories import interpolate, straight_line, trajectory
+from agent.arm.trajectories import LARGEST_JUMP, interpolate, level_path, straight_line, trajectory
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.observation import Table
 from structdiffusion.simulation.depth_camera import DepthCamera
@@ -168,3 +168,33 @@ def test_what_was_held_is_an_obstacle_to_the_hand_again(planning):
         planning.remove_obstacle("column")
         planning.hold(column - (0.5, 0.0, 0.05))
         planning.release()
+
+
+@pytest.mark.parametrize("rise", [0.0, 0.1])
+@pytest.mark.parametrize("turn", [0.0, 1.2, -2.0])
+def test_what_is_carried_level_stays_upright(rise, turn):
+    start = hand_pose((0.35, 0.2, 0.2), 0.3)
+    end = pose_from_xyz_yaw(0.5, -0.25, 0.22, turn) @ pose_from_xyz_yaw(-0.35, -0.2, -0.2, 0.0) @ start
+    q = ARM.solve(start, np.random.default_rng(0))
+    goal, reached = ARM.inverse(end[None], q[None])
+    assert reached[0]
+    path = level_path(ARM, q, goal[0], rise)
+    assert path is not None
+    np.testing.assert_array_equal(path[0], q)
+    assert np.abs(ARM.unwind(goal[0], path[-1]) - path[-1]).max() == 0.0
+    assert np.abs(np.diff(path, axis=0)).max() <= LARGEST_JUMP
+    hands = ARM.forward(path)
+    assert hands[:, 2, 2].max() < -math.cos(math.radians(1.0))
+    assert hands[:, 2, 3].max() == pytest.approx(0.22 + rise, abs=0.003)
+
+
+def test_no_level_way_leads_to_another_bend_of_the_arm():
+    """It ends in the configuration that is asked for, or there is none."""
+    pose, rng = hand_pose((0.45, 0.1, 0.2), 0.3), np.random.default_rng(0)
+    first = ARM.solve(pose, rng)
+    seeds = first + rng.uniform(-1.5, 1.5, (64, len(first)))
+    q, reached = ARM.inverse(np.tile(pose, (64, 1, 1)), np.clip(seeds, ARM.model.lower, ARM.model.upper))
+    others = [one for one in q[reached] if np.abs(ARM.unwind(one, first) - first).max() > 1.0]
+    assert others
+    for other in others:
+        assert level_path(ARM, first, other, 0.0) is None
