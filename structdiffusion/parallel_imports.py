@@ -4,7 +4,7 @@ Only libraries: modules of ours import in milliseconds once these are there, and
 own affair. None of these starts threads when it is imported.
 """
 
-import scipy.optimize  # noqa: F401
+import scipy.optimize
 import scipy.spatial  # noqa: F401
 import shapely  # noqa: F401
 import torch  # noqa: F401

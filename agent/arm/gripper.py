@@ -83,7 +83,7 @@ def reach(opening: float, closing: float) -> float:
     """Return the farthest distance, metres, that the closing fingers reach beyond the end effector between two
     angles.
     """
-    angles = np.append(ANGLES[(ANGLES > opening) & (ANGLES < closing)], (opening, closing))
+    angles = np.append(ANGLES[(opening < ANGLES) & (closing > ANGLES)], (opening, closing))
     return float(np.interp(angles, ANGLES, _profile()[2]).max())
 
 

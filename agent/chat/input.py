@@ -112,11 +112,11 @@ class PromptedLines:
         keys = KeyBindings()
 
         @keys.add("enter")
-        def _(event) -> None:  # noqa: ANN001
+        def _(event) -> None:
             event.current_buffer.validate_and_handle()
 
         @keys.add("escape", "enter")
-        def _(event) -> None:  # noqa: ANN001
+        def _(event) -> None:
             event.current_buffer.insert_text("\n")
 
         self._session: PromptSession[str] = PromptSession(
@@ -164,7 +164,7 @@ def completions(text: str, commands: dict[str, Sequence[str]], words: Sequence[s
             yield Completion(word, start_position=-len(begun))
 
 
-def _history():  # noqa: ANN202
+def _history():
     from prompt_toolkit.history import FileHistory, InMemoryHistory
 
     path = history_file()

@@ -102,7 +102,7 @@ def color_names(colors: np.ndarray, light: np.ndarray) -> tuple[ColorName, ...]:
 def _from_examples(seen: np.ndarray) -> np.ndarray:
     """Return the squared distances (P, 10) of colours (P, 3) in CIELAB from the nearest example of each name."""
     away = (((seen[:, None] - _PLACES) * _COUNTS) ** 2).sum(axis=2)
-    return np.stack([away[:, _OF_EXAMPLE == k].min(axis=1) for k in range(len(_EXAMPLES))], axis=1)
+    return np.stack([away[:, k == _OF_EXAMPLE].min(axis=1) for k in range(len(_EXAMPLES))], axis=1)
 
 
 def _from_plain(seen: np.ndarray, measured: np.ndarray) -> np.ndarray:

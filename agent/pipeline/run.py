@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from grounding.goals.goal import Goal
     from grounding.interpretation import Interpretation
     from grounding.spec import StructureSpec
-    from structdiffusion.observation import Arrangement, Scene, StructureGoal
+    from structdiffusion.observation import Arrangement, Scene
 
 
 @dataclass(frozen=True)

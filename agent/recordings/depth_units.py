@@ -68,7 +68,7 @@ def unit_of(text: str | float) -> float:
         UsageError: for anything else.
     """
     try:
-        metres = UNITS.get(str(text).strip().lower().replace(" ", ""), None) or float(text)
+        metres = UNITS.get(str(text).strip().lower().replace(" ", "")) or float(text)
     except ValueError:
         metres = math.nan
     if not 1e-6 <= metres <= 10.0:

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -108,7 +108,7 @@ def _of_library(mesh: str) -> ObjectModel:
     raise ObjectError(f"there is no mesh {mesh!r} among the {len(models)} objects of {library}; there is {said_near}")
 
 
-@lru_cache(maxsize=None)
+@cache
 def _library(name: str) -> tuple[ObjectModel, ...]:
     return tuple(LIBRARIES[name]())
 

@@ -66,7 +66,7 @@ class ReplyCache:
         self._replies[key] = reply
 
 
-def _last_byte(file) -> bytes:  # noqa: ANN001 - a binary file
+def _last_byte(file) -> bytes:
     file.seek(-1, 2)
     return file.read(1)
 

@@ -216,7 +216,7 @@ def usual_words() -> Counter[str]:
         weight = 5 if table in SLOTS_OF_HOLE else 1
         for phrases in values.values():
             for phrase in phrases:
-                counts.update({word: weight for word in _words(phrase)})
+                counts.update(dict.fromkeys(_words(phrase), weight))
     return counts
 
 

@@ -93,9 +93,12 @@ def _single(said: Words, place: int) -> tuple[float, int] | None:
         return None
     value, end = number
     unit = UNITS.get(said.word(end))
-    if said.word(end) == "in" and said.word(end + 1) in _AFTER_IN:
-        unit = 0.0254
-    elif said.word(end) == "in" and said.words[end + 1 : end + 3] in (("to", "the"), ("from", "the"), ("from", "each")):
+    if (
+        said.word(end) == "in"
+        and said.word(end + 1) in _AFTER_IN
+        or said.word(end) == "in"
+        and said.words[end + 1 : end + 3] in (("to", "the"), ("from", "the"), ("from", "each"))
+    ):
         unit = 0.0254
     if unit is None:
         return None

@@ -11,7 +11,6 @@ from grounding.resolve.noun_contexts import noun_phrases
 from grounding.resolve.phrase import Phrase
 from grounding.resolve.referents import Referents
 
-
 _PLACED = ("stands", "nearest", "place")
 
 

@@ -141,7 +141,7 @@ def edge_direction(edge: str) -> np.ndarray:
     )
 
 
-def origin_range(block: Block, table) -> tuple[np.ndarray, np.ndarray]:  # noqa: ANN001
+def origin_range(block: Block, table) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and the highest origin (2,) of a block with everything on the table."""
     low = np.array([table.x_min, table.y_min]) + _EDGE - block.points.min(axis=0)
     high = np.array([table.x_max, table.y_max]) - _EDGE - block.points.max(axis=0)

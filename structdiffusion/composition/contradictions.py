@@ -51,7 +51,7 @@ def require_consistent(goal: Goal, bonds: Sequence[Bond], names: Sequence[str]) 
                 refuse(bond.number, number, f"what stands in the {part.shape} stands on the table")
 
 
-def _require_no_circles(bonds: Sequence[Bond], refuse) -> None:  # noqa: ANN001
+def _require_no_circles(bonds: Sequence[Bond], refuse) -> None:
     """Refuse relations that lead round in a circle: each before the next along an axis, or each carried by the next."""
     for axis in (0, 1, None):
         steps: dict[tuple[int, ...], list[tuple[tuple[int, ...], int]]] = {}
@@ -88,7 +88,7 @@ def _circle(steps: dict[tuple[int, ...], list[tuple[tuple[int, ...], int]]]) -> 
     return None
 
 
-def _require_one_place(bonds: Sequence[Bond], names: Sequence[str], refuse) -> None:  # noqa: ANN001
+def _require_one_place(bonds: Sequence[Bond], names: Sequence[str], refuse) -> None:
     """Refuse two relations of one figure that put it at different places."""
     for one, other in combinations(bonds, 2):
         if one.number == other.number or set(one.members) != set(other.members):

@@ -12,8 +12,8 @@ import numpy as np
 
 from grounding.figures.figure import Figure
 from grounding.figures.growth import pattern_places
-from structdiffusion.figures.curves import arc_lengths, chamfer, diameter, sampled
 from structdiffusion.evaluation_protocol import MAX_FIGURE_OFF_SHARE, MAX_GAP_VARIATION
+from structdiffusion.figures.curves import arc_lengths, chamfer, diameter, sampled
 
 _SAME = 0.02  # of the diameter: points that are nearer are one place, such as where strokes meet
 _CORNER = math.radians(35.0)  # a stroke that turns by more has a corner there

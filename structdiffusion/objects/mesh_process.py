@@ -42,7 +42,7 @@ def prepare_apart(path: Path, name: str, category: str | None = None) -> list[Ob
         )
     if done.returncode != 0:
         raise ObjectError(f"the mesh {str(path)!r} cannot be prepared: {_end_of_process(done)}")
-    result = pickle.loads(done.stdout)  # noqa: S301  written by this module
+    result = pickle.loads(done.stdout)
     if isinstance(result, ObjectError):
         raise result
     sys.stderr.write(done.stderr.decode(errors="replace"))  # its warnings

@@ -65,7 +65,7 @@ def rerank_by_physics(
     outcomes: dict[int, _Outcome] = {}
     fallen: Counter[tuple[int, ...]] = Counter()
     waiting = list(range(len(arrangements)))
-    presumed = {order: _UNTRIED for order in orders}
+    presumed = dict.fromkeys(orders, _UNTRIED)
     while waiting and len(outcomes) < best:
         stand = [one for one in outcomes.values() if one.share == 1.0]
         if len(stand) >= enough or any(one.room >= sure for one in stand):

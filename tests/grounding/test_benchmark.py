@@ -28,7 +28,7 @@ from grounding.parse_result import Parse, refusal
 from grounding.spec import SLOTS, SLOTS_OF_SHAPE, StructureSpec
 from prompts import load_prompt, prompt_lines, prompt_names
 
-OPEN = {slot: (None,) for slot in SLOTS}
+OPEN = dict.fromkeys(SLOTS, (None,))
 
 
 def row(text="t", refuse=False, stratum="all", **values):

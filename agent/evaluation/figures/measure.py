@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from agent.event_base import json_value
 from agent.evaluation.figures.config import FiguresConfig
 from agent.evaluation.figures.rates import rates_of
 from agent.evaluation.goal_rows import LoadedPlanners, RowsWanted, goal_rows, goals_report
 from agent.evaluation.goals.solve import proposals_of
 from agent.evaluation.planner_config import checked_names
 from agent.evaluation.rows import Row
+from agent.event_base import json_value
 from agent.pipeline.candidates import checked_planner
 from grounding.figures.figure import FigureError
 from grounding.figures.files import write_figure

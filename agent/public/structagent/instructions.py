@@ -223,7 +223,7 @@ def checked_goal(values: Mapping[str, Any] | Goal, names: Sequence[str]) -> Goal
         StructagentError: for an object that is not there, and a goal without parts.
         GoalError: for anything that is not a legal goal.
     """
-    goal = Goal.from_dict((values if isinstance(values, Mapping) else values.to_dict()))
+    goal = Goal.from_dict(values if isinstance(values, Mapping) else values.to_dict())
     legal = f"indices of 0 to {len(names) - 1}, or names: {', '.join(names)}"
     if not goal.parts:
         raise wrong_argument("the goal has no parts; legal: 1 or more")

@@ -150,7 +150,7 @@ def test_the_hand_closes_monotonically_near_the_tips():
 
 def prisms(top, *widths):
     """Return the widths (B, L) of upright prisms whose tops are at a level."""
-    return np.where(gripper.LEVELS > top, np.array(widths)[:, None], 0.0)
+    return np.where(top < gripper.LEVELS, np.array(widths)[:, None], 0.0)
 
 
 def test_wide_things_are_pressed_out_of_the_open_hand():

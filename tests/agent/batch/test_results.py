@@ -76,9 +76,8 @@ def test_a_file_of_somebody_else_is_left_alone(tmp_path, content):
 
 
 def test_two_batches_in_one_folder(tmp_path):
-    with Results(tmp_path):
-        with pytest.raises(UsageError, match="another batch is at work"):
-            Results(tmp_path)
+    with Results(tmp_path), pytest.raises(UsageError, match="another batch is at work"):
+        Results(tmp_path)
     Results(tmp_path).close()
 
 
@@ -184,9 +183,8 @@ def test_links_out_of_the_folder_are_not_followed(place, tmp_path):
     if place == "rows":
         (out / "rows").rmdir()
     (out / place).symlink_to(outside)
-    with pytest.raises(BadInput, match="is a symbolic link, and must be a folder"):
-        with Results(out) as results:
-            results.workplace("a")
+    with pytest.raises(BadInput, match="is a symbolic link, and must be a folder"), Results(out) as results:
+        results.workplace("a")
     assert foreign(outside) == before
 
 

@@ -436,7 +436,7 @@ def test_defaults_of_the_parser_trainers_are_those_of_their_modules():
 
     assert parsers.PARSER_SENTENCES == embedding_parser.SENTENCES
     adapter = llm_adapter.AdapterTraining()
-    assert (parsers.LLM_STEPS, parsers.LLM_LEARNING_RATE) == (adapter.steps, adapter.rate)
+    assert (adapter.steps, adapter.rate) == (parsers.LLM_STEPS, parsers.LLM_LEARNING_RATE)
 
 
 def test_the_parser_trainers_get_the_options(monkeypatch, tmp_path):

@@ -17,9 +17,8 @@ def test_the_steps_of_planning_add_up():
 
 def test_a_step_within_a_step_is_part_of_it():
     clock = OuterClock()
-    with clock("outer"):
-        with clock("inner"):
-            pass
+    with clock("outer"), clock("inner"):
+        pass
     with clock("inner"):
         pass
     assert {name: step[2] for name, step in clock.steps.items()} == {"outer": 1, "inner": 1}

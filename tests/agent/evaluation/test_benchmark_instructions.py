@@ -7,7 +7,7 @@ from agent.pipeline.instruction_parser import ReadingOptions
 from grounding.benchmark import Row
 from grounding.spec import SLOTS, StructureSpec
 
-OPEN = {slot: (None,) for slot in SLOTS}
+OPEN = dict.fromkeys(SLOTS, (None,))
 
 
 def row_of(text="a line on the left", **acceptable):

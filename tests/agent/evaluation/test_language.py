@@ -20,7 +20,7 @@ from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.planners.factory import load_planner
 
 MODELS = [procedural_object(kind, index) for kind in ("block", "can", "box") for index in range(3)]
-OPEN = {slot: (None,) for slot in SLOTS}
+OPEN = dict.fromkeys(SLOTS, (None,))
 LEFT_LINE = StructureSpec("line", x_position="left", rotation="north")
 
 

@@ -104,11 +104,10 @@ def test_a_client_that_goes_away_stops_the_arm(tmp_path, models, monkeypatch):
         async def build(other):
             await other.call_tool("build", {"plan_id": plan_id}, progress_callback=progress)
 
-        async with anyio.create_task_group() as group:
-            async with served.client() as other:
-                group.start_soon(build, other)
-                await moving.wait()
-                group.cancel_scope.cancel()
+        async with anyio.create_task_group() as group, served.client() as other:
+            group.start_soon(build, other)
+            await moving.wait()
+            group.cancel_scope.cancel()
         while not halts or served.worker.job is not None:
             await anyio.sleep(0.01)
         assert (await data(client, "look"))["held"] is None

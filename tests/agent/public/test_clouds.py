@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 import pytest
-import torch
-
 import structagent
+import torch
 from structagent import Scene, StructagentError
+
 from tests.agent.public.conftest import box_cloud
 
 FAST = {"model": "geometric", "count": 4}

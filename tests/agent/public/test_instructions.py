@@ -1,7 +1,6 @@
 """Sentences: what `structagent.parse` understands, asks and refuses."""
 
 import pytest
-
 import structagent
 from structagent import Scene, StructagentError, StructureSpec
 

@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-
 import structagent
+
 from tests.commands import python_program
 
 ROOT = Path(__file__).parents[3]

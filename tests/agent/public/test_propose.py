@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
-
 import structagent
-import structdiffusion
+import torch
 from structagent import Scene, StructagentError, StructureSpec
+
+import structdiffusion
 from tests.agent.public.conftest import PLACES, box_cloud
 
 FAST = {"model": "geometric", "count": 4}
@@ -350,6 +350,7 @@ def test_it_works_after_the_folder_changed(clouds, tmp_path, monkeypatch):
 
 def test_models_are_loaded_once(clouds, monkeypatch):
     from structagent import engine
+
     from structdiffusion.planners import factory
 
     structagent.propose(clouds, "put everything in a line", count=2, keep_invalid=True)

@@ -6,9 +6,8 @@ import threading
 
 import numpy as np
 import pytest
-import torch
-
 import structagent
+import torch
 from structagent import StructagentError
 
 CUPS = "put the cups in a small circle on the left"

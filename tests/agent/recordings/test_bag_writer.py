@@ -104,19 +104,17 @@ def test_other_suffixes_are_refused(tmp_path, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_an_error_leaves_nothing_behind(tmp_path, name):
-    with pytest.raises(RuntimeError):
-        with BagWriter(tmp_path / name) as writer:
-            writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
-            raise RuntimeError
+    with pytest.raises(RuntimeError), BagWriter(tmp_path / name) as writer:
+        writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
+        raise RuntimeError
     assert not list(tmp_path.iterdir())
 
 
 def test_an_error_keeps_what_was_there(tmp_path):
     speak(tmp_path / "out.bag")
     before = (tmp_path / "out.bag").read_bytes()
-    with pytest.raises(RuntimeError):
-        with BagWriter(tmp_path / "out.bag", force=True):
-            raise RuntimeError
+    with pytest.raises(RuntimeError), BagWriter(tmp_path / "out.bag", force=True):
+        raise RuntimeError
     assert (tmp_path / "out.bag").read_bytes() == before
 
 
@@ -127,10 +125,9 @@ def test_a_place_that_cannot_be_written(tmp_path):
 
 
 def test_what_somebody_else_wrote_meanwhile_stays(tmp_path):
-    with pytest.raises(UsageError, match="out.bag"):
-        with BagWriter(tmp_path / "out.bag") as writer:
-            writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
-            (tmp_path / "out.bag").write_text("mine")
+    with pytest.raises(UsageError, match="out.bag"), BagWriter(tmp_path / "out.bag") as writer:
+        writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
+        (tmp_path / "out.bag").write_text("mine")
     assert (tmp_path / "out.bag").read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
 
 
@@ -138,10 +135,9 @@ def test_a_full_disk_is_one_sentence(tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(BadInput, match="out.bag.*No space left"):
-        with BagWriter(tmp_path / "out.bag") as writer:
-            monkeypatch.setattr(os, "replace", full)
-            writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
+    with pytest.raises(BadInput, match="out.bag.*No space left"), BagWriter(tmp_path / "out.bag") as writer:
+        monkeypatch.setattr(os, "replace", full)
+        writer.write("/joints", joints_message(writer, ["a"], [0.1], 0.0), 0.0)
     assert not list(tmp_path.iterdir())
 
 

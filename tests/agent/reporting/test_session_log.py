@@ -264,9 +264,8 @@ def test_verbs_refuse_what_makes_no_sense(path):
 
 def test_two_cannot_write_one_session(tmp_path):
     path = tmp_path / "session.jsonl"
-    with SessionWriter(path, {}):
-        with pytest.raises(UsageError, match="another process writes the session"):
-            SessionWriter(path, {})
+    with SessionWriter(path, {}), pytest.raises(UsageError, match="another process writes the session"):
+        SessionWriter(path, {})
     SessionWriter(path, {}).close()
 
 

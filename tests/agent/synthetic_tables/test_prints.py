@@ -73,7 +73,7 @@ def test_a_seed_gives_one_print_of_legal_colours(surface):
     for seed in range(20):
         found, again = (draw_print(np.random.default_rng(seed)).colors(surface) for _ in range(2))
         np.testing.assert_array_equal(found, again)
-        assert 0.0 <= found.min() and found.max() <= 1.0
+        assert found.min() >= 0.0 and found.max() <= 1.0
     assert len({len(np.unique(draw_print(np.random.default_rng(k)).colors(surface), axis=0)) for k in range(20)}) > 2
 
 

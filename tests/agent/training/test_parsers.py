@@ -15,10 +15,10 @@ from grounding.training.verifier import VerifierTraining
 def test_defaults_are_those_of_the_trainers():
     goals, verifier = GoalNetworkTraining(Path("x")), VerifierTraining(Path("x"), Path("y"))
     assert parsers.PARSER_SENTENCES == SENTENCES
-    assert (parsers.LLM_STEPS, parsers.LLM_LEARNING_RATE) == (AdapterTraining().steps, AdapterTraining().rate)
-    assert (parsers.GOAL_STEPS, parsers.GOAL_LEARNING_RATE) == (goals.steps, goals.rate)
-    assert (parsers.CORRECTIONS, parsers.DROPOUT) == (goals.corrections, goals.dropout)
-    assert (parsers.VERIFIER_STEPS, parsers.VERIFIER_LEARNING_RATE) == (verifier.steps, verifier.rate)
+    assert (AdapterTraining().steps, AdapterTraining().rate) == (parsers.LLM_STEPS, parsers.LLM_LEARNING_RATE)
+    assert (goals.steps, goals.rate) == (parsers.GOAL_STEPS, parsers.GOAL_LEARNING_RATE)
+    assert (goals.corrections, goals.dropout) == (parsers.CORRECTIONS, parsers.DROPOUT)
+    assert (verifier.steps, verifier.rate) == (parsers.VERIFIER_STEPS, parsers.VERIFIER_LEARNING_RATE)
 
 
 def test_a_verifier_is_proposed_for_trained_and_calibrated(tmp_path, monkeypatch, capsys):

@@ -148,7 +148,7 @@ ROWS = [
         (LINE, "in a circle, with the can instead of the banana", {"shape": "circle"}, "mug bowl block can"),
         (LINE, "make everything bigger", {"size": "large"}, None),
         (SHORT_LINE, "switch sides", {"x_position": "right"}, None),
-    
+
 ]  # fmt: skip
 
 

@@ -33,7 +33,7 @@ def test_the_scenes_have_names_colours_sizes_and_places():
         for thing in objects:
             x, y = thing.attributes.position
             assert thing.attributes.colors and 0.1 < x < 0.8 and -0.5 < y < 0.5
-            assert 0 < min(thing.attributes.size) and max(thing.attributes.size) < 0.4
+            assert min(thing.attributes.size) > 0 and max(thing.attributes.size) < 0.4
 
 
 def test_rows_are_loaded(tmp_path):

@@ -114,4 +114,4 @@ def test_corrections_are_trained_on(tmp_path, monkeypatch):
     told = []
     train(GoalNetworkTraining(tmp_path, steps=2, corrections=0.9), told.append)
     instructions, corrections = told[0].split("held out ")[1].split(", ")[:2]
-    assert 0.0 < float(instructions) and 0.0 < float(corrections)
+    assert float(instructions) > 0.0 and float(corrections) > 0.0

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from safetensors.numpy import load_file
 
-from grounding.packed_weights import packed_bytes, unpacked
 from grounding.goal_network.writer import WEIGHTS, NetworkWriter, base_arrays
+from grounding.packed_weights import packed_bytes, unpacked
 from grounding.training.network_average import average
 
 

@@ -32,7 +32,7 @@ def test_the_steps_on_the_clock_give_what_the_planner_proposes(shape):
     calls = {name: step[2] for name, step in clock.steps.items()}
     trials = calls.pop("try in physics")
     expected = {"encode the clouds": 3, "sample": 10, "refine": 6, "rank": 6, "complete the bodies": 3}
-    assert calls == expected and 1 <= trials
+    assert calls == expected and trials >= 1
 
 
 def test_medians_lie_between_the_extremes_and_steps_add_up():

@@ -57,7 +57,7 @@ def test_a_dented_ring_passes_lgmcts_because_only_outward_counts():
     dented = ring(8, 0.20, {0: -0.15}.items())
     assert lgmcts_accepts(bodies(dented), structure("circle", 8)) and not ours(dented, "circle")
     assert srem_accepts(bodies(dented), structure("circle", 8)) is False
-    star = ring(8, 0.05, {k: 0.25 for k in (0, 2, 4, 6)}.items())  # 12.5 cm outside the circle between them
+    star = ring(8, 0.05, dict.fromkeys((0, 2, 4, 6), 0.25).items())  # 12.5 cm outside the circle between them
     assert lgmcts_accepts(bodies(star), structure("circle", 8)) is False
 
 

@@ -35,4 +35,4 @@ def test_fake_scenes_are_as_documented():
     assert given["clouds"].shape == (4, 5, 256, 3) and given["clouds"].dtype == torch.float32
     torch.testing.assert_close(given["clouds"].mean(dim=(0, 1, 2)), torch.tensor((0.45, 0.0, 0.05)), atol=0.01, rtol=0)
     assert given["present"].tolist() == [[True] * 5] + [[True] * 4 + [False]] * 3
-    assert given["words"].shape == (4, 5) and 0 <= given["words"].min() and given["words"].max() < VOCABULARY
+    assert given["words"].shape == (4, 5) and given["words"].min() >= 0 and given["words"].max() < VOCABULARY

@@ -35,7 +35,7 @@ def test_objects_stand_on_the_table_or_on_each_other_without_overlap(kind, part)
     outlines = [placed_footprint(one.shape, one.pose) for one in placed if one.on is None]
     for index, outline in enumerate(outlines):
         assert all(outline.intersection(other).area < 1e-6 for other in outlines[:index])
-    assert ("stacked" == kind) <= any(one.on is not None for one in placed)
+    assert (kind == "stacked") <= any(one.on is not None for one in placed)
 
 
 def test_what_touches_is_no_farther_than_a_millimetre_and_a_half():
