@@ -161,7 +161,8 @@ def five_slots(parse: Parse, status: str, goal: Goal, choices: Sequence[Goal] = 
         parse: the parser's result.
         status: the status of the whole reading, as in `grounding.interpreter.Interpretation`.
         goal: the goal of the whole reading; empty if it is refused or needs a question.
-        choices: the goals that a question offers: where five slots can hold none of them, it is no plain reading either.
+        choices: the goals that a question offers: where five slots can hold none of them, it is no plain reading
+            either.
     """
     if status == "ok" and goal.parts:
         spec = _slots_of(goal)

@@ -94,8 +94,8 @@ def _agreement(parse: Parse | None, one: Proposal) -> float:
 
 
 def _with_slots(parse: Parse, proposals: Sequence[Proposal]) -> Proposal | None:
-    """Return the likeliest proposal of a plain structure with the slots that the parser reads; `None` where there is none, or these
-    are the same.
+    """Return the likeliest proposal of a plain structure with the slots that the parser reads; `None` where there is
+    none, or these are the same.
     """
     one = next((each for each in proposals if _plain(each.goal) is not None), None)
     if (

@@ -1,7 +1,8 @@
 """Decide what becomes of the goals that were proposed for a text: build one, ask, or refuse.
 
-The thresholds were chosen once on held-back instructions (docs/results.md): the probability that a goal is what was meant from which on
-it is built, and from which on it is offered in a question; and the probability that a word is lost from which on that is asked about.
+The thresholds were chosen once on held-back instructions (docs/results.md): the probability that a goal is what was
+meant from which on it is built, and from which on it is offered in a question; and the probability that a word is lost
+from which on that is asked about.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from grounding.propose.proposal import Proposal
 
 BUILD = 0.6
 OFFER = 0.15
-# A word that is lost more surely than this is asked about; one that is likelier lost than held is remarked. With 0.85, 12 of 620
-# held-out instructions that are read rightly are asked about besides, and 3 of 160 unheld wishes, which are remarked now.
+# A word that is lost more surely than this is asked about; one that is likelier lost than held is remarked. With 0.85,
+# 12 of 620 held-out instructions that are read rightly are asked about besides, and 3 of 160 unheld wishes, which are
+# remarked now.
 LOST = 0.95
 MOST_OFFERED = 2
 _LEAST = 1e-6
@@ -31,11 +33,12 @@ class Candidate:
         logit: the verifier's.
         lost: the words that the verifier takes for lost, those that follow one another together.
         doubt: the highest probability of a word to be lost.
-        agreement: how sure the parser of the five slots is of the same plain structure, 0 to 1; the negative of it where it reads
-            something else; 0 of goals that five slots cannot hold.
+        agreement: how sure the parser of the five slots is of the same plain structure, 0 to 1; the negative of it
+            where it reads something else; 0 of goals that five slots cannot hold.
         unknown: words of the text that nobody knows.
         numbers: of the text that the goal does not hold: often of a story, and sometimes of the wish.
-        unused: noun phrases of the text of which no object is in the goal: often left out on purpose, and sometimes lost.
+        unused: noun phrases of the text of which no object is in the goal: often left out on purpose, and sometimes
+            lost.
     """
 
     proposal: Proposal
@@ -83,9 +86,11 @@ class Circumstances:
 
 
 def features(candidates: Sequence[Candidate], number: int, known: Circumstances) -> list[float]:
-    """Return what the probability of a candidate is computed from: the judgements, the certainties and the circumstances.
+    """Return what the probability of a candidate is computed from: the judgements, the certainties and the
+    circumstances.
 
-    Where the parser reads the same text, of one structure in no known scene, its agreement counts: it was taught without scenes.
+    Where the parser reads the same text, of one structure in no known scene, its agreement counts: it was taught
+    without scenes.
     """
     one = candidates[number]
     own, others = one.proposal.certainty, [each for place, each in enumerate(candidates) if place != number]
@@ -95,7 +100,8 @@ def features(candidates: Sequence[Candidate], number: int, known: Circumstances)
         1.0, one.logit, _logit(own), max((each.logit for each in others), default=-8.0), _logit(known.nothing),
         float(one.agreement > 0), float(one.agreement < 0), float(known.follows), _logit(one.doubt),
         _logit(own / (own + surest)) if own > 0.0 else 0.0, agreement, float(not known.scene),
-        _logit(own) if one.agreement else 0.0, float(bool(one.unused)), float(bool(one.unused) and not all(each.unused for each in others)),
+        _logit(own) if one.agreement else 0.0, float(bool(one.unused)),
+        float(bool(one.unused) and not all(each.unused for each in others)),
     ]  # fmt: skip
 
 
@@ -135,8 +141,8 @@ def decide(
     likeliest = max(proposals, key=lambda each: each.certainty, default=None)
     # A question about one of several readings is no answer where a likelier one cannot be had.
     rivals = [each.certainty for each in proposals if each.goal is not None or each.problem]
-    # What is unclear to the proposer is what the question asks, and where it is not sure of its answer, a question costs little.
-    # "Mugs" where there are cups alone is impossible as said: what is meant instead is asked.
+    # What is unclear to the proposer is what the question asks, and where it is not sure of its answer, a question
+    # costs little. "Mugs" where there are cups alone is impossible as said: what is meant instead is asked.
     replaced = doubt is not None and doubt.absent and doubt.certainty >= OFFER
     if likeliest is not None and likeliest.answer != "unclear" and nothing >= BUILD and not replaced:
         rivals.append(nothing)
@@ -151,13 +157,16 @@ def decide(
     )
     offered = tuple(goal for goal in goals if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0
-    # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs little.
+    # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs
+    # little.
     asks = bool(offered) and not barred and (unclear or (nothing < BUILD if follows else nothing <= surest))
     return Decision("ask" if asks else "refused", best, offered, surest, nothing)
 
 
 def _shapeless(candidates: Sequence[Candidate], proposals: Sequence[Proposal]) -> Candidate | None:
-    """Return the likeliest candidate if it says nothing but its objects, where it is not certain that nothing can be built."""
+    """Return the likeliest candidate if it says nothing but its objects,
+    where it is not certain that nothing can be built.
+    """
     surest = max(candidates, key=lambda each: each.proposal.certainty, default=None)
     if surest is None or surest.proposal.goal is None or not surest.proposal.goal.is_open:
         return None

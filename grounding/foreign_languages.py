@@ -18,7 +18,8 @@ from grounding.resolve.word_forms import FORMS
 _WORD = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)*")
 _ENGLISH = (
     FUNCTION_WORDS | NOT_OBJECTS | ARRANGING | SHAPE_WORDS | ADJECTIVES
-    | {*FORMS, *GENERIC, *COLOR_WORDS, *SUPERLATIVES, *COMPARATIVES, "rim", "ahead", "round", "straight", "tight", "stop", "pls", "plz"}
+    | {*FORMS, *GENERIC, *COLOR_WORDS, *SUPERLATIVES, *COMPARATIVES, "rim", "ahead", "round", "straight", "tight",
+       "stop", "pls", "plz"}
     | set("hmm hm uh um er erm oh ah eh hey hi hello ok okay nope nah yep yup yeah oops wow".split())
 )  # fmt: skip
 # At least this share of the words has to be everyday English for a text to pass without a closer look.

@@ -111,7 +111,8 @@ class Interpreter:
         verifier: makes the verifier.
         viewpoint: one of `VIEWPOINTS`.
         model: makes a language model that is asked first, also about what is said of a goal; `None` does without.
-        instead: makes the parser that reads the five slots where a language model cannot be used; `None` raises its errors.
+        instead: makes the parser that reads the five slots where a language model cannot be used; `None` raises its
+            errors.
 
     Attributes:
         encoder: as given.
@@ -248,7 +249,10 @@ class Interpreter:
         "" for any other.
         """
         if not any(char.isalnum() for char in text):
-            return f"the instruction {'has no words' if text.strip() else 'is empty'}; say what to build, as 'a small circle'"
+            return (
+                f"the instruction {'has no words' if text.strip() else 'is empty'}; say what to build, as 'a small "
+                "circle'"
+            )
         if looks_like_json(text):
             return f"{shortened(text)!r} is JSON, and no instruction; say what to build, as 'a small circle'"
         if len(text) > MOST_CHARACTERS:

@@ -1,4 +1,5 @@
-"""Store a network in eight bits for each weight: its difference to the one that it was trained from, or the weights themselves.
+"""Store a network in eight bits for each weight: its difference to the one that it was trained from, or the weights
+themselves.
 
 What training on one more kind of task changes is a fraction of the weights: it needs fewer bits than they do (Liu et
 al., "BitDelta: Your Fine-Tune May Only Be Worth One Bit", 2024). Each row of a matrix has a step of its own, and each

@@ -60,7 +60,10 @@ def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: 
     instead = f"say {worded_goal(decision.offered[0], names)!r}" if decision.offered else _help(names)
     if problem := _problem(likeliest, proposals):
         return f"{said!r} cannot be built: {problem}"
-    nothing = f"{said!r} does not ask for an arrangement of objects that can be built ({', '.join(SHAPES)}, a figure such as a heart or a letter T, or a place)"
+    nothing = (
+        f"{said!r} does not ask for an arrangement of objects that can be built ({', '.join(SHAPES)}, a figure "
+        "such as a heart or a letter T, or a place)"
+    )
     if likeliest.answer == "nothing":
         return f"{nothing}; {_help(names)}"
     if likeliest.answer == "unclear":
@@ -81,7 +84,8 @@ def _is_part(lost: Sequence[str], text: str) -> bool:
 def _problem(likeliest: Proposal, proposals: Sequence[Proposal]) -> str:
     """Return why the likeliest goal cannot be had, or "".
 
-    Where no goal is likely, that of an unlikely one would be no reason, unless it is that nothing here is what was said.
+    Where no goal is likely, that of an unlikely one would be no reason, unless it is that nothing here is what was
+    said.
     """
     first = next((each for each in proposals if not each.answer), likeliest)
     likely = first.certainty >= OFFER or first.absent or likeliest.answer == "unclear" or not likeliest.answer
@@ -99,7 +103,10 @@ def _help(names: Sequence[str] | None) -> str:
             if here
             else "there is nothing here"
         )
-    return f"say what should go where, as {f'put {worded_objects(here[:1], names)} next to {worded_objects(here[-1:], names)}'!r}"
+    return (
+        "say what should go where, as "
+        f"{f'put {worded_objects(here[:1], names)} next to {worded_objects(here[-1:], names)}'!r}"
+    )
 
 
 def doubts(lost: Sequence[str]) -> tuple[str, ...]:

@@ -1,7 +1,8 @@
 """Hear what is said from the opposite side of the table: what is relative to the robot stays the robot's.
 
-A goal is read in the speaker's frame and turned as a whole. Words that relate a place to the robot ("on your left", "close to the
-robot") are therefore first put as the speaker would say them of the own side. Other words for the robot stay: "could you, robot".
+A goal is read in the speaker's frame and turned as a whole. Words that relate a place to the robot ("on your left",
+"close to the robot") are therefore first put as the speaker would say them of the own side. Other words for the robot
+stay: "could you, robot".
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ VIEWPOINTS = ("robot", "opposite")
 _MACHINE = r"(?:robot(?:ic)? arm|robot|arm|gripper|manipulator|base)"
 _ROBOT = rf"(?:you(?:rself)?|(?:the|your)(?: own)? {_MACHINE})(?![\w'’])"
 _ROBOTS = rf"(?:your|(?:the )?{_MACHINE}['’]s)(?: own)?"
-_FACING = r"(?:fac(?:e|es|ed|ing)|point(?:s|ed|ing)?|look(?:s|ing)?|turn(?:ed|ing)?|open(?:s|ing)?)(?: (?:directly|straight))?"
+_FACING = (
+    r"(?:fac(?:e|es|ed|ing)|point(?:s|ed|ing)?|look(?:s|ing)?|turn(?:ed|ing)?"
+    r"|open(?:s|ing)?)(?: (?:directly|straight))?"
+)
 _JUST = r"(?:(?<!the )(?<!your )(?<!my )(?<!['’]s )right |directly |just |straight )?"
 # A word for a place -> what the speaker across the table says of the same place.
 _OTHER = {
@@ -23,12 +27,14 @@ _OTHER = {
     "furthest": "closest",
 }  # fmt: skip
 _LENGTH = r"\d\s*(?:mm|cm|m|centimet(?:er|re)s?|met(?:er|re)s?|inch(?:es)?|bit|little)"
-# How a place or a heading is related to the robot -> the same of the speaker's own side; {1} is the first group, "{other}" its
-# opposite. An earlier one is put first: what it writes says nothing of the robot any more.
+# How a place or a heading is related to the robot -> the same of the speaker's own side; {1} is the first group,
+# "{other}" its opposite. An earlier one is put first: what it writes says nothing of the robot any more.
 _WAYS = tuple((re.compile(pattern, re.IGNORECASE), own) for pattern, own in (
     (rf"\b({_FACING}) away from {_ROBOT}", "{1} toward me"),
-    (rf"\b(fac(?:e|es|ed|ing)(?: directly| straight)?) {_ROBOT}|\b({_FACING}) (?:at|to|towards?) {_ROBOT}", "{1} away from me"),
-    (rf"\b(left|right)((?: \w+){{0,3}}?),? (?:as )?(?:seen )?(?:from|in) (?:{_ROBOTS} (?:side|perspective|point of view|view\w*)|{_ROBOT})",
+    (rf"\b(fac(?:e|es|ed|ing)(?: directly| straight)?) {_ROBOT}|\b({_FACING}) (?:at|to|towards?) {_ROBOT}",
+     "{1} away from me"),
+    (rf"\b(left|right)((?: \w+){{0,3}}?),? (?:as )?(?:seen )?(?:from"
+     rf"|in) (?:{_ROBOTS} (?:side|perspective|point of view|view\w*)|{_ROBOT})",
      "{other}{2}"),
     (rf"\b{_ROBOTS} (side|end|edge|half)\b", "the far {1}"),
     (rf"\b{_JUST}in front of {_ROBOT}", "far from me"),

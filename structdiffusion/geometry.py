@@ -22,7 +22,9 @@ def pose_from_xyz_yaw(x: float, y: float, z: float, yaw: float) -> np.ndarray:
 
 
 def pose_from_xyz_rpy(position: Sequence[float], angles: Sequence[float]) -> np.ndarray:
-    """Return a transform (4, 4) that rotates about x, then y, then z, by three angles, then moves by a position (3,)."""
+    """Return a transform (4, 4) that rotates about x, then y, then z, by three angles,
+    then moves by a position (3,).
+    """
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(angle), math.sin(angle)) for angle in angles)
     pose = np.eye(4)
     pose[:3, :3] = [

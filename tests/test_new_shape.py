@@ -1,4 +1,6 @@
-"""A thirteenth shape, added in a copy as docs/development.md says: it is read, also in goals, and planned, without training."""
+"""A thirteenth shape, added in a copy as docs/development.md says: it is read, also in goals, and planned,
+without training.
+"""
 
 import json
 import os

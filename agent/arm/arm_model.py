@@ -31,8 +31,8 @@ FINGERS = tuple(f"joint_finger_{k}" for k in (1, 2, 3))  # the thumb first
 FINGER_TIPS = tuple(f"joint_finger_tip_{k}" for k in (1, 2, 3))
 END_EFFECTOR = "joint_end_effector"
 FINGER_EFFORT = 2.0  # Nm
-# kg m2 of each link: mostly the drive's, behind its gear. With the maker's masses of the links alone, the engine loses half
-# of the motors' torque where a finger presses on something heavier.
+# kg m2 of each link: mostly the drive's, behind its gear. With the maker's masses of the links alone, the engine loses
+# half of the motors' torque where a finger presses on something heavier.
 FINGER_INERTIA = 3e-4
 FINGER_SPEED = 1.0  # rad/s
 FINGER_OPEN = 0.2  # rad

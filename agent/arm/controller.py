@@ -22,8 +22,8 @@ SQUEEZE = np.array([0.0, 0.2, 0.2])  # rad beyond contact that the motors of the
 # Nm: the screw that drives a finger cannot be driven back, so the thumb holds more than its motor's effort
 LOCKED = 10.0
 SQUEEZING_SECONDS = 0.6
-# The share of a finger's torque that its tip gets: one motor drives both, so a tip folds where the rest is stopped. What is
-# touched nearer to the joint of the tip than 0.4 / 0.6 of the lower half's 44 mm makes it fold.
+# The share of a finger's torque that its tip gets: one motor drives both, so a tip folds where the rest is stopped.
+# What is touched nearer to the joint of the tip than 0.4 / 0.6 of the lower half's 44 mm makes it fold.
 TIP_SHARE = 0.4
 TIP_LEAD = 0.05  # rad ahead of a tip that its motor aims for, so that it folds at about 1 rad/s
 FLAT_SQUEEZE = 0.25  # share of the force on what is flat: cutlery is light, and rolls between fingers that press harder
@@ -139,7 +139,8 @@ class ArmDriver:
         return steps
 
     def close(self, *bodies: int, squeeze: float = 1.0) -> tuple[int, set[int]]:
-        """Close the fingers until they touch one of `bodies` on both sides; return that one, and which fingers touch it.
+        """Close the fingers until they touch one of `bodies` on both sides; return that one, and which fingers touch
+        it.
 
         What stands beside the hand may stop a finger too: without one that is between them, what the most touch.
 

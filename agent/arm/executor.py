@@ -1,10 +1,10 @@
 """Build a structure with the simulated Jaco: search, pick and place, and a look by the camera after each placement.
 
 The arm moves by position motors within the maker's joint speeds; the fingers close with the maker's effort, each waits
-where it touches, their tips fold, and what they hold they hold by friction. With `JacoArm.hold` "weld" a fixed constraint joins the
-object to the hand once the thumb and at least one opposite finger touch it, until the fingers have opened clear of it
-(the paper's own planning assumes that a grasped object is attached rigidly). A grasp without contact on both sides, or
-whose object is no longer between the fingers after the lift, has failed, and the next is tried.
+where it touches, their tips fold, and what they hold they hold by friction. With `JacoArm.hold` "weld" a fixed
+constraint joins the object to the hand once the thumb and at least one opposite finger touch it, until the fingers have
+opened clear of it (the paper's own planning assumes that a grasped object is attached rigidly). A grasp without contact
+on both sides, or whose object is no longer between the fingers after the lift, has failed, and the next is tried.
 
 Where things are is known from the camera alone (`agent.arm.eyes`), and what is in the hand from the fingers. After each
 placement, and after each pick that failed, one picture is compared with what should be; where something is otherwise,

@@ -241,8 +241,8 @@ class Eyes:
         return float(np.linalg.norm(self._way(k, self.motions[k], track.now_from_initial)))
 
     def _way(self, k: int, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Return the way (3,) from where one motion (4, 4) takes what was seen of something to where another does: the rest
-        of it may be completed wrongly, which matters where a motion turns it.
+        """Return the way (3,) from where one motion (4, 4) takes what was seen of something to where another does: the
+        rest of it may be completed wrongly, which matters where a motion turns it.
         """
         seen = self.clouds[k].mean(axis=0)
         return transform_points(end, seen) - transform_points(start, seen)

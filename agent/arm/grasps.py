@@ -6,8 +6,8 @@ There are three kinds, all with the hand pointing down or tilted by up to 40 deg
 - "flat": the same for objects lower than 3 cm (cutlery): the fingers straddle the object, close to the table;
 - "rim": one side of the hand inside, the other outside the rim of a hollow object (bowl, plate, cup).
 
-What the fingers cannot lift by friction alone, such as a plate or a book that lies flat, they can slide along the table,
-which carries it.
+What the fingers cannot lift by friction alone, such as a plate or a book that lies flat, they can slide along the
+table, which carries it.
 """
 
 from __future__ import annotations
@@ -129,7 +129,9 @@ def _slides(points: np.ndarray, support: float) -> Iterator[Grasp]:
 
 
 def _grasps(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
-    """Yield grasps for a `hold`: "weld" and "slide" take what the fingers meet, "friction" what they do not slip off."""
+    """Yield grasps for a `hold`: "weld" and "slide" take what the fingers meet,
+    "friction" what they do not slip off.
+    """
     points = np.asarray(points, dtype=np.float64)
     if len(points) >= FEWEST_POINTS:
         yield from _across(points, support, hold)
@@ -245,8 +247,8 @@ def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
 def _deepest(hollow: float, hold: str) -> float:
     """Return how deep the fingers may reach below the rim of something hollow, metres.
 
-    A weld holds where they come down on its floor; to slide it, they must not come down on the slope behind the rim, but be
-    deep enough to be behind it when they are closed, and so higher.
+    A weld holds where they come down on its floor; to slide it, they must not come down on the slope behind the rim,
+    but be deep enough to be behind it when they are closed, and so higher.
     """
     return {"weld": hollow + 0.004, "friction": hollow - 0.002, "slide": max(hollow / 2, min(hollow, 0.009))}[hold]
 

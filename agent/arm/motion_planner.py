@@ -206,7 +206,9 @@ class PlanningScene:
     def closing_collides(
         self, q: np.ndarray, opening: float, closing: float, clearance: float = CLEARANCE, floor: float | None = None
     ) -> bool:
-        """Return whether the arm at q (n,) collides while its fingers move between two angles; they stay at `opening`."""
+        """Return whether the arm at q (n,) collides while its fingers move between two angles;
+        they stay at `opening`.
+        """
         count = 1 + math.ceil(abs(closing - opening) / FINGER_STEP)
         try:
             for angle in np.linspace(opening, closing, count):
@@ -245,8 +247,8 @@ class PlanningScene:
         straight = np.stack((start, goal))
         if not self.path_collides(straight) and self._holds_finely(straight, overlap):
             return straight
-        # Coarse checks are quick and mostly enough; a path that cuts a corner between them, or on which the arm would as it
-        # rounds its corners, is searched again.
+        # Coarse checks are quick and mostly enough; a path that cuts a corner between them, or on which the arm would
+        # as it rounds its corners, is searched again.
         found = None
         for step in (CHECK_STEP, FINE_STEP):
             path = self._search(start, goal, step, checks, overlap)

@@ -25,8 +25,8 @@ ROOM = 0.02  # m that is kept around what is carried, where there is so much: hu
 RISES = (0.0, 0.1, 0.2)  # m by which the hand is lifted further to carry something level over what stands in the way
 LIFTS_TRIED = 2  # after which what slips out of the fingers is slid, if its goal is on the table
 PAIRS_TRIED = 24  # ways to release an object that are tried before it is given up
-# m above the goal where an object is released, as in the evaluation protocol. From 5 mm or 1 cm less fruit rolls on, but the
-# opening hand tips over cups. A hand that does not fit into a container lets go above it.
+# m above the goal where an object is released, as in the evaluation protocol. From 5 mm or 1 cm less fruit rolls on,
+# but the opening hand tips over cups. A hand that does not fit into a container lets go above it.
 RELEASES_INTO = (RELEASE_HEIGHT, 0.06, 0.10)
 FRICTION_RELEASE = 0.01  # m, the same for what is held by friction, which leaves the opening fingers at once
 RELEASES_UPRIGHTED = (0.01, RELEASE_HEIGHT)  # m: what is put upright is held aslant, and would topple from higher
@@ -69,8 +69,8 @@ class ObjectPlan:
 
 
 def alike(a: Grasp, b: Grasp, cloud: np.ndarray) -> bool:
-    """Return whether two grasps of an object differ by less than 1 cm and 15 degrees, so that both are likely to fail; of
-    what is round, from whichever side.
+    """Return whether two grasps of an object differ by less than 1 cm and 15 degrees, so that both are likely to fail;
+    of what is round, from whichever side.
 
     Args:
         cloud: (P, 3) the object where both would take it.

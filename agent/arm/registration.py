@@ -243,7 +243,9 @@ def guesses_from_points(
 
 
 def _different(poses: np.ndarray, count: int) -> list[np.ndarray]:
-    """Return the first `count` of the poses (H, 4, 4) that are not nearly the same: a fit finds from one to the other."""
+    """Return the first `count` of the poses (H, 4, 4) that are not nearly the same:
+    a fit finds from one to the other.
+    """
     chosen: list[np.ndarray] = []
     for pose in poses:
         near = (np.linalg.norm(pose[:3, 3] - one[:3, 3]) < SAME_SPOT for one in chosen)

@@ -44,6 +44,6 @@ class Replanner(Protocol):
         """
 
 
-# Asked where the hand is empty and the arm is folded, with a function that describes what is left: whether the build ends
-# there. It may wait.
+# Asked where the hand is empty and the arm is folded, with a function that describes what is left: whether the build
+# ends there. It may wait.
 EndsHere: TypeAlias = Callable[[Callable[[], Remainder]], bool]

@@ -26,7 +26,9 @@ def is_along_table(goal_from_now: np.ndarray) -> bool:
 
 
 def way_along_table(goal_from_now: np.ndarray, cloud: np.ndarray) -> np.ndarray:
-    """Return the points (Q, 3) of an object (P, 3) now and at its goal, whose outline it needs free to be slid there."""
+    """Return the points (Q, 3) of an object (P, 3) now and at its goal,
+    whose outline it needs free to be slid there.
+    """
     return np.concatenate((cloud, transform_points(goal_from_now, cloud)))
 
 

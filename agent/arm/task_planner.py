@@ -87,8 +87,8 @@ class Search(ObjectPlanner):
             slides = {i for i in set(range(count)) - done if self.standing_of(i, current[i], bottoms[i]).slides}
             ways = {i: way_along_table(motions[i], current[i]) for i in slides}
             keep_ways_free(ways, done, current, motions, in_the_way)
-            # What is slid needs the way free; then low goals, then far ones, so that the arm need not reach over what it
-            # has built; what was blocked before comes last.
+            # What is slid needs the way free; then low goals, then far ones, so that the arm need not reach over what
+            # it has built; what was blocked before comes last.
             waiting = sorted(
                 set(range(count)) - done, key=lambda i: (i in failed, i not in slides, round(lowest[i], 2), -far[i])
             )

@@ -152,7 +152,9 @@ def _solid(part: np.ndarray) -> np.ndarray:
 
 
 def _surface(hulls: list[ConvexHull], planes: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples and normals of the surface of a union of convex parts, spread evenly and always in the same way."""
+    """Return samples and normals of the surface of a union of convex parts,
+    spread evenly and always in the same way.
+    """
     corners = np.concatenate([hull.points[hull.simplices] for hull in hulls])
     normals = np.concatenate([hull.equations[:, :3] for hull in hulls])
     part = np.repeat(np.arange(len(hulls)), [len(hull.simplices) for hull in hulls])

@@ -129,7 +129,9 @@ class Tracker:
         return list(self.tracks)
 
     def may_be_rolled(self, index: int, on_head: bool) -> bool:
-        """Return whether an object that the last picture shows upright looks about the same on its side, or on its head."""
+        """Return whether an object that the last picture shows upright looks about the same on its side,
+        or on its head.
+        """
         shape, sight = self.shapes[index], self._sight
         pose = self.tracks[index].now_from_initial @ shape.world_from_shape
         among = np.zeros(len(sight.points), dtype=bool)

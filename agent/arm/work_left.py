@@ -76,8 +76,8 @@ class WorkLeft:
     # --- what stands -------------------------------------------------------------------------
 
     def goal(self, index: int) -> np.ndarray:
-        """Return goal_from_initial (4, 4), shifted with the object that it will stand on: over where that is, by 2 cm at
-        most, and at the height at which its top is, as the camera has measured them.
+        """Return goal_from_initial (4, 4), shifted with the object that it will stand on: over where that is, by 2 cm
+        at most, and at the height at which its top is, as the camera has measured them.
         """
         goal, eyes = self.goal_from_initial[index].copy(), self._eyes
         under = self.stands_on[index]

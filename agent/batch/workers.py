@@ -29,7 +29,9 @@ class Job:
 
 
 def run_locally(jobs: Sequence[Job], workers: int) -> Iterator[dict[str, Any]]:
-    """Carry out the rows in `workers` processes and yield the results as they finish; close the generator to stop them."""
+    """Carry out the rows in `workers` processes and yield the results as they finish;
+    close the generator to stop them.
+    """
     with closing(in_parallel(_carried_out, ResourceCache, (), jobs, workers, ordered=False, threads=None)) as ended:
         for result in ended:
             yield lost_result(result.job.row, result.reason) if isinstance(result, Lost) else result

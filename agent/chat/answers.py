@@ -61,8 +61,8 @@ def _identity(act: Act, known: Knowledge) -> str:
 
 def _abilities(act: Act, known: Knowledge) -> str:
     return (
-        f"I arrange objects on the table: into {_with_articles(SHAPES)} or a figure such as a heart, of a size, at a place and facing a way that "
-        "you can "
+        f"I arrange objects on the table: into {_with_articles(SHAPES)} or a figure such as a heart, of a size, at a "
+        "place and facing a way that you can "
         "name, with gaps, a radius, rows or an order where you say them; and single objects left of, right of, in "
         "front of, "
         "behind, next to, between, on or in others, in a corner, some centimetres from where they are, or in each "

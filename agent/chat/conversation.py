@@ -40,7 +40,9 @@ _WITH_NAMES = ("situation", "_history", "_start", "_shown", "_unmet")  # what ho
 
 
 class Conversation(BuildSession):
-    """A conversation about one table: instructions, corrections, answers and questions, in addition to `BuildSession`."""
+    """A conversation about one table: instructions, corrections, answers and questions,
+    in addition to `BuildSession`.
+    """
 
     # --- instructions and answers ------------------------------------------------------------------------
 
@@ -264,7 +266,8 @@ class Conversation(BuildSession):
         seen = perceived_event(self.table.remembered(), 0.0, self.table) if at_work else self.look()
         return Knowledge(
             seen, self.situation, self.question, self.example, self.table.held, self.table.fallen,
-            self._cache.encoder, tuple(self.table.out_of_reach), self._steering.progress if self._steering is not None else "",
+            self._cache.encoder, tuple(self.table.out_of_reach),
+            self._steering.progress if self._steering is not None else "",
         )  # fmt: skip
 
 

@@ -55,7 +55,9 @@ def explain_choice(act: Act, known: Knowledge) -> str:
 
 
 def describe_plan(act: Act, known: Knowledge) -> str:
-    """Describe what would be built and where each object asked about, by default every one, would go; or what is built."""
+    """Describe what would be built and where each object asked about, by default every one, would go;
+    or what is built.
+    """
     if known.progress:
         return known.progress
     situation = known.situation

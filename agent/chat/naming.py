@@ -1,4 +1,6 @@
-"""Read lines that give objects a noun: "object 3 is a bowl", "call object 1 the red mug", "objects 2 and 4 are cans"."""
+"""Read lines that give objects a noun: "object 3 is a bowl", "call object 1 the red mug",
+"objects 2 and 4 are cans".
+"""
 
 from __future__ import annotations
 

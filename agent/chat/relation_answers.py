@@ -41,7 +41,9 @@ MEASURES: Mapping[str, tuple[Callable[[Fact], float], Callable[[Fact], str]]] = 
 
 
 def measure_of(word: str) -> tuple[str, bool]:
-    """Return the measure that a superlative, a comparative or "as tall as" compares, and whether it asks for the most."""
+    """Return the measure that a superlative, a comparative or "as tall as" compares,
+    and whether it asks for the most.
+    """
     if word.startswith("as "):
         return {"tall": "height", "high": "height", "wide": "width", "long": "width"}.get(
             word.split()[1], "volume"

@@ -1,7 +1,8 @@
-"""Steer a build by what is said meanwhile: every line is read at once, and a changed goal counts from the next safe point.
+"""Steer a build by what is said meanwhile: every line is read at once, and a changed goal counts from the next safe
+point.
 
-Safe is where the hand is empty and the arm is folded: before each object that is taken. Lines are read in the thread that
-moves the arm, between two steps of its physics.
+Safe is where the hand is empty and the arm is folded: before each object that is taken. Lines are read in the thread
+that moves the arm, between two steps of its physics.
 """
 
 from __future__ import annotations

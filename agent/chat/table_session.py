@@ -165,7 +165,9 @@ class TableSession:
         self._return_to("put back", before)
 
     def reset(self) -> None:
-        """Restore the table of the start and drop the goal. Can be undone; says so where there is nothing to restore."""
+        """Restore the table of the start and drop the goal. Can be undone;
+        says so where there is nothing to restore.
+        """
         start = self._start
         untouched = not self.situation.asked and self.question is None and not self.situation.builds
         if untouched and not self.table.moved_since(start.poses):
@@ -181,7 +183,9 @@ class TableSession:
         self.send(_restored(how, situation, moved))
 
     def forget(self) -> None:
-        """Drop the goal and any proposal or question, and keep the table. Can be undone; says so where there is none."""
+        """Drop the goal and any proposal or question, and keep the table. Can be undone;
+        says so where there is none.
+        """
         if not self.situation.asked and self.question is None:
             self.send(events.Noted("there is no goal to drop; say what to build"))
             return

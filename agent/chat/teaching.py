@@ -1,4 +1,6 @@
-"""Read lines that give a structure a name, "call this a city gate", and words for the structure before, "like the one before"."""
+"""Read lines that give a structure a name, "call this a city gate", and words for the structure before,
+"like the one before".
+"""
 
 from __future__ import annotations
 
@@ -24,12 +26,15 @@ from structdiffusion.observation import ObjectCloud
 _IT = r"(?:this|that|it|these|the structure|the figure|what (?:stands|is) here)"
 _CALLED = re.compile(
     rf"(?:i |we |you can |(?:let's|let us) )?(?:(?:call|name) {_IT}(?: structure| figure| one)?(?: as)?"
-    rf"|(?:remember|keep|save|learn|store) {_IT}(?: structure| figure| one)? as|{_IT}(?:'s| is| are)(?: to be)? (?:called|named))"
+    rf"|(?:remember|keep|save|learn|store) {_IT}(?: structure| figure| one)? as"
+    rf"|{_IT}(?:'s| is| are)(?: to be)? (?:called|named))"
     r" (?P<name>(?:an? |the )?[a-z0-9][\w -]*)"
 )
 _BEFORE = re.compile(
-    r"\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:one|structure|figure) (?:before|we (?:had|built|made)|from before)\b"
-    r"|\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:last|previous|earlier) (?:one|structure|figure)\b",
+    r"\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:one|structure|figure) (?:before"
+    r"|we (?:had|built|made)|from before)\b"
+    r"|\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:last|previous|earlier) (?:one|structure"
+    r"|figure)\b",
     re.IGNORECASE,
 )
 
@@ -41,7 +46,8 @@ def name_taught(line: str) -> str | None:
 
 
 def figure_at_hand(situation: Situation, seen: Sequence[ObjectCloud], arranged: bool, name: str) -> Figure:
-    """Return the figure that is meant: what is proposed, what was built, or else what all that stands on the table shows.
+    """Return the figure that is meant: what is proposed, what was built, or else what all that stands on the table
+    shows.
 
     Args:
         situation: of the conversation.

@@ -99,8 +99,8 @@ def run(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Example that the instruction speaks of as “the same”: a scene file, a recording, the folder or session of a "
-            "run, or a file of a figure.",
+            help="Example that the instruction speaks of as “the same”: a scene file, a recording, the folder or "
+            "session of a run, or a file of a figure.",
         ),
     ] = None,
     export_trajectory: Annotated[

@@ -22,8 +22,9 @@ NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Name of a fig
 def _structures() -> None:
     """List, show and remove figures.
 
-    A figure is a structure that is data: a letter T, a heart, a gate. Instructions name it as they name a shape. Those that
-    you teach (`structagent teach`) are files beside your configuration file, or in the folder of STRUCTAGENT_STRUCTURES.
+    A figure is a structure that is data: a letter T, a heart, a gate. Instructions name it as they name a shape. Those
+    that you teach (`structagent teach`) are files beside your configuration file, or in the folder of
+    STRUCTAGENT_STRUCTURES.
 
     Example: structagent structures show heart
     """
@@ -81,7 +82,8 @@ def show(name: NameArgument, json_output: JsonOption = False) -> None:
     figure = figure_said(name)
     with results_stream() as results:
         if json_output:
-            found = {"name": figure.name, "nouns": list(figure.nouns), "numbers": list(figure.legal), "file": str(file_of(figure.name)),
+            found = {"name": figure.name, "nouns": list(figure.nouns), "numbers": list(figure.legal),
+                     "file": str(file_of(figure.name)),
                      "text": figure_text(figure)}  # fmt: skip
             print(json.dumps(found, indent=1, ensure_ascii=False), file=results)
             return

@@ -25,7 +25,9 @@ TIMED = 50  # instructions that are timed one by one
 
 
 def goal_rows(name: str) -> list[GoalRow]:
-    """Return the rows of an included set of goals, "templated" or "free", or of a file in the format of the benchmark."""
+    """Return the rows of an included set of goals, "templated" or "free",
+    or of a file in the format of the benchmark.
+    """
     return SHIPPED_GOALS[name]() if name in SHIPPED_GOALS else load_goal_rows(name)
 
 
@@ -79,7 +81,8 @@ def defects_of(readings: Sequence[Interpretation]) -> dict[str, str]:
 def print_goal_reading(evaluations: Sequence[Mapping[str, Any]], results: TextIO) -> None:
     """Print the tables of goals: a row per parser and set, then one per stratum; rates in percent.
 
-    "with answer" counts a refusal that suggests the right goal, and a question that offers it, too; "own" is the number of readings that are a language model's own, and "own exact" the share of exact ones of them.
+    "with answer" counts a refusal that suggests the right goal, and a question that offers it, too; "own" is the number
+    of readings that are a language model's own, and "own exact" the share of exact ones of them.
     """
     head = ["parser", "goals", "n", "exact", "95 %", "false fills", "wrong keys", "false parts", "dropped parts"]
     head += [

@@ -76,7 +76,9 @@ def _recorded_view(table: TableScene, view: View, bag: Path) -> np.ndarray:
 
 
 def compare_masks(recording: RecordedBag, source: RecordedSource) -> tuple[Row, dict[str, str]]:
-    """Compare the found masks with the true ones; return the row's keys about them, and a noun for each found object."""
+    """Compare the found masks with the true ones; return the row's keys about them,
+    and a noun for each found object.
+    """
     overlaps = overlaps_of(recording.masks, source.segments.labels)
     best = overlaps.max(axis=1, initial=0.0)  # of each true object
     count = len(source.segments.objects)

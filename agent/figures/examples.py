@@ -37,7 +37,8 @@ def read_example(path: Path, name: str, nouns: Sequence[str] = ()) -> Figure:
     """Return the figure that a file shows.
 
     Args:
-        path: a figure's file (.toml), a scene file, a recording, or the folder, the report.json or the session.jsonl of a run.
+        path: a figure's file (.toml), a scene file, a recording, or the folder, the report.json or the session.jsonl of
+            a run.
         name: of the figure.
         nouns: by which people name it; by default the name.
 
@@ -59,7 +60,8 @@ def read_example(path: Path, name: str, nouns: Sequence[str] = ()) -> Figure:
 
 
 def _report(path: Path) -> Mapping[str, Any] | None:
-    """Return the report of a run: in its folder, alone, or of the last turn of a session that stood; `None` of another file.
+    """Return the report of a run: in its folder, alone, or of the last turn of a session that stood; `None` of another
+    file.
 
     Raises:
         BadInput: for a run that did not end with a structure that stands as asked.

@@ -77,7 +77,8 @@ def checked_name(name: str) -> str:
     """Return a name for a figure, in small letters and without its article.
 
     Raises:
-        UsageError: for a name that a shape or a shipped figure has, one of more than four words, or one without letters.
+        UsageError: for a name that a shape or a shipped figure has, one of more than four words, or one without
+            letters.
     """
     words = name.lower().split()
     said = " ".join(words[1:] if words[:1] in (["a"], ["an"], ["the"]) else words)

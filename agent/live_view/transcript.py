@@ -22,8 +22,8 @@ _COLUMNS = re.compile(" {2,}")
 class Transcript:
     """A printer of the chat (`agent.chat.text_printer.Printer`) whose pieces are messages of kind "entry".
 
-    Each has a `type`: "said", "title", "rows", "line", "question" or "check". Control characters in their texts are made
-    visible, those that reverse the direction of writing included.
+    Each has a `type`: "said", "title", "rows", "line", "question" or "check". Control characters in their texts are
+    made visible, those that reverse the direction of writing included.
 
     Args:
         server: sends the entries.

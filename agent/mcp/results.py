@@ -27,7 +27,8 @@ class SeenObject(Result):
     color: str = Field(description="the name of its colour; empty if it is not known")
     position: Position = Field(description=_POSITION)
     size_cm: tuple[float, float, float] = Field(
-        description="width, depth and height in centimetres of what is seen of it: the longer side, the shorter, upwards"
+        description="width, depth and height in centimetres of what is seen of it: the longer side, the shorter, "
+        "upwards"
     )
 
 
@@ -141,8 +142,8 @@ class SayResult(Result):
 
     outcome: Literal["changed", "asked", "answered", "refused", "unchanged", "later", "waits", "goes on", "stops"] = (
         Field(
-            description="'changed': something else is built from the next safe point on; 'later': call propose with it after "
-            "the build"
+            description="'changed': something else is built from the next safe point on; 'later': call propose with it "
+            "after the build"
         )
     )
     message: str = Field(description="what is told at once; tell it to the person")

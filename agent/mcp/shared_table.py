@@ -415,7 +415,9 @@ class SharedTable:
         return line if question is None else dict(zip(self._options(), question.options, strict=True)).get(line, line)
 
     def only_talks(self, line: str) -> bool:
-        """Return whether a line that is said while the arm builds changes nothing that moves: a question, wait, stop."""
+        """Return whether a line that is said while the arm builds changes nothing that moves: a question, wait,
+        stop.
+        """
         found = command_of(line)
         return (found is not None and found[0].name in ("/stop", "/wait", "/continue")) or bool(acts_of(line))
 

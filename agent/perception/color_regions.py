@@ -175,7 +175,9 @@ def _things(
     pairs: np.ndarray,
     eye: np.ndarray,
 ) -> np.ndarray:
-    """Return the thing (V,) of each voxel, counted from 0: regions are one thing unless their shapes are those of two."""
+    """Return the thing (V,) of each voxel, counted from 0: regions are one thing unless their shapes
+    are those of two.
+    """
     count = int(region.max()) + 1
     if count == 1:
         return region

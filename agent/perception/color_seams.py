@@ -58,7 +58,9 @@ def divided_by_color(positions: np.ndarray, lab: np.ndarray, eye: np.ndarray, re
 
 
 def shadeless(lab: np.ndarray) -> np.ndarray:
-    """Return colours (V, 3) in which light and shade of one colour are near each other: shade lowers all values alike."""
+    """Return colours (V, 3) in which light and shade of one colour are near each other:
+    shade lowers all values alike.
+    """
     light = lab[:, :1]
     return np.hstack((_OF_LIGHT * light, _TYPICAL * lab[:, 1:] / np.maximum(light, _DARKEST)))
 

@@ -1,4 +1,6 @@
-"""Say how likely two pieces are of one object: a small network, trained by `agent.evaluation.segmentation.train_pieces`."""
+"""Say how likely two pieces are of one object: a small network, trained by
+`agent.evaluation.segmentation.train_pieces`.
+"""
 
 from __future__ import annotations
 

@@ -291,7 +291,9 @@ def _between_valleys(surface: Surface, shapes: np.ndarray) -> np.ndarray:
 
 
 def _divided(proposals: Proposals, masks: VoxelMasks, positions: np.ndarray) -> np.ndarray:
-    """Return the pieces (V,): the regions, divided where the network is certain of several objects that are no slivers."""
+    """Return the pieces (V,): the regions, divided where the network is certain of several objects
+    that are no slivers.
+    """
     piece = proposals.regions.copy()
     for index in np.unique(piece[piece >= 0]):
         own = np.flatnonzero(piece == index)

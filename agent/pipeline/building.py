@@ -59,7 +59,8 @@ def build_with_arm(
         log: gets every motion of the arm.
         disturber: disturbs the build.
         replanner: proposes other arrangements where something is gone or in the way while the arm builds.
-        ends_here: asked before each motion of an object, and once more in the end; nothing is judged if the build ends so.
+        ends_here: asked before each motion of an object, and once more in the end; nothing is judged if the build ends
+            so.
         first: the objects that are moved before all others.
 
     Raises:

@@ -70,7 +70,9 @@ class Film:
         self._every *= 2
 
     def draw(self, moment: Moment | None = None) -> np.ndarray | None:
-        """Return a picture (H, W, 3) uint8 of a moment, by default of the present one; `None` where none can be drawn."""
+        """Return a picture (H, W, 3) uint8 of a moment, by default of the present one;
+        `None` where none can be drawn.
+        """
         try:
             return self._camera.picture(self._camera.moment() if moment is None else moment)
         except (ImportError, OSError) as error:

@@ -48,7 +48,8 @@ def read_alone(
         use: makes a result of a reading. What it raises counts as a failure of its text.
 
     Returns:
-        A result for each text; a text at which the program failed has a reading with the status `DEFECT`, and a sentence.
+        A result for each text; a text at which the program failed has a reading with the status `DEFECT`, and a
+        sentence.
 
     Raises:
         Exception: what is no defect, such as a language model that does not answer.

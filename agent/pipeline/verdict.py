@@ -87,7 +87,9 @@ def judge_goal(
 def _physical_checks(
     world: TabletopWorld, indices: Sequence[int], world_from_goal: np.ndarray, supports: Mapping[int, int | None]
 ) -> tuple[Check, Check, Check]:
-    """Check how far objects are from their goals, how tilted, and how many stand as placed; without objects all hold."""
+    """Check how far objects are from their goals, how tilted, and how many stand as placed;
+    without objects all hold.
+    """
     pairs = zip(indices, world_from_goal, strict=True)
     ways = [standing(world, index, goal, supports.get(index)) for index, goal in pairs]
     farthest = max((way.displacement for way in ways), default=0.0)

@@ -15,8 +15,9 @@ _MOST_UNNEEDED = 8_000_000  # bytes
 def look_at_first(bag: Bag, streams: Iterable[Stream], enough: Callable[[Message], bool]) -> None:
     """Give the messages of each stream from the first on to `enough`, until it returns true for the stream.
 
-    All streams are read at once. Whenever half of those that are read have enough, or much of them was read for nothing,
-    reading goes on at the same moment without them: pictures are not read on and on until a rare topic says something.
+    All streams are read at once. Whenever half of those that are read have enough, or much of them was read for
+    nothing, reading goes on at the same moment without them: pictures are not read on and on until a rare topic says
+    something.
 
     Args:
         bag: open.

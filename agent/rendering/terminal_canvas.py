@@ -131,7 +131,9 @@ def _owners(samples: np.ndarray, shapes: int) -> np.ndarray:
 
 
 def _inside(corners: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return which points of a grid are inside a polygon (K, 2), (R, C): those with an odd number of sides on the left."""
+    """Return which points of a grid are inside a polygon (K, 2), (R, C):
+    those with an odd number of sides on the left.
+    """
     inside = np.zeros((len(rows), len(columns)), dtype=bool)
     for (row, column), (next_row, next_column) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         crossed = (row > rows) != (next_row > rows)

@@ -143,8 +143,8 @@ def trial_note(payload: Mapping[str, Any]) -> str:
     )
     if payload["failure_class"] == "intersection":
         note += (
-            " The goal itself may not reach into anything here, by the protocol; the arm lets go at the same height, and "
-            "may build it nonetheless."
+            " The goal itself may not reach into anything here, by the protocol; the arm lets go at the same height, "
+            "and may build it nonetheless."
         )
     return note
 
@@ -188,7 +188,9 @@ def describe_goal_row(goal: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def remark_sentence(payload: Mapping[str, Any]) -> str:
-    """Describe an event "asked", "answered", "noted", "commanded", "interjected", "forked" or "restored" in a sentence."""
+    """Describe an event "asked", "answered", "noted", "commanded", "interjected",
+    "forked" or "restored" in a sentence.
+    """
     match payload["kind"]:
         case "asked":
             options = ", ".join(f"{number}) {option}" for number, option in enumerate(payload["options"], start=1))

@@ -14,10 +14,10 @@ Every other line is an event (its payload, see `agent.event_base`), a picture, o
 An event `started` begins a turn. In version 1 the `display_name` of an object was called `called`. Up to version 2
 every goal was one structure: the event `parsed` had no `goal`, `parts` and `objects`, and `restored` no `parts`. Up to
 version 3 the event `proposed` was called `imagined`, its picture `imagined-goal`, its step `imagination`, and the score
-`rollout` was called `imagined`; `checked` had no `count` and no `left_out`. Up to version 4 there was no table in 3D. Up to
-version 5 the event `placed` did not say whether the object stands (`trouble`), why it was moved `again`, and what it
-was to rest `on`, and a seen object had no `number`. Up to version 6 there were no events `interjected`, `remembered` and
-`forked`, and `restored` did not say which `turn` of the timeline is the present one.
+`rollout` was called `imagined`; `checked` had no `count` and no `left_out`. Up to version 4 there was no table in 3D.
+Up to version 5 the event `placed` did not say whether the object stands (`trouble`), why it was moved `again`, and what
+it was to rest `on`, and a seen object had no `number`. Up to version 6 there were no events `interjected`, `remembered`
+and `forked`, and `restored` did not say which `turn` of the timeline is the present one.
 """
 
 from __future__ import annotations

@@ -117,8 +117,9 @@ def check_opened(place: OpenFolder, kind: str) -> None:
             )
     elif not _is_empty(place) and not _RECOGNISE[kind](place):
         raise UsageError(
-            f"{str(place.path)!r} holds files that structagent did not write as the output of {_KINDS[kind]}; choose an "
-            "empty or a new folder for --out, or add --force, which replaces files of the same names and keeps the rest"
+            f"{str(place.path)!r} holds files that structagent did not write as the output of {_KINDS[kind]}; choose "
+            "an empty or a new folder for --out, or add --force, which replaces files of the same names and keeps the "
+            "rest"
         )
 
 

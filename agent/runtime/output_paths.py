@@ -61,7 +61,8 @@ def check_file(file: Path | None) -> None:
 
 @contextmanager
 def folder_or_new(folder: Path | None, name: str) -> Iterator[Path]:
-    """Yield the value of `--out` or, without one, a new folder `out/DATE-TIME-name`, which is removed if it stays empty.
+    """Yield the value of `--out` or, without one, a new folder `out/DATE-TIME-name`, which is removed if it stays
+    empty.
 
     It is new even if the clock was set back, or another command of that name began in the same second.
     """

@@ -1,4 +1,6 @@
-"""Make bodies of the objects that were found in a recording: completed, named, and with what the arm can do with them."""
+"""Make bodies of the objects that were found in a recording: completed, named,
+and with what the arm can do with them.
+"""
 
 from __future__ import annotations
 

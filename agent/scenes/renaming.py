@@ -11,8 +11,8 @@ from typing import Any
 def renamed(value: Any, names: Mapping[str, str]) -> Any:
     """Return a value with other names of objects in all its texts, also within sentences.
 
-    Texts, dataclasses, mappings, tuples, lists and sets are searched; anything else is returned as it is, and so is what
-    names none of the objects. What was one and the same object stays one.
+    Texts, dataclasses, mappings, tuples, lists and sets are searched; anything else is returned as it is, and so is
+    what names none of the objects. What was one and the same object stays one.
 
     Args:
         value: what to search.

@@ -1,4 +1,6 @@
-"""Draw tables for goals of several parts: all that the parts name is there, a few other objects, and room for the goal."""
+"""Draw tables for goals of several parts: all that the parts name is there, a few other objects,
+and room for the goal.
+"""
 
 from __future__ import annotations
 

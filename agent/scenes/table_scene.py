@@ -153,7 +153,9 @@ class TableScene:
         return {name: cloud for name, cloud in moved.items() if cloud is not None}
 
     def remembered(self) -> Scene:
-        """Return the observation of the table as it is known without another look: for a moment when the arm is at work."""
+        """Return the observation of the table as it is known without another look:
+        for a moment when the arm is at work.
+        """
         clouds = self.known_clouds(math.pi)
         taking = [name for name in self.names[: self.count] if name in clouds]
         others = [name for name in self.names[self.count :] if name in clouds]

@@ -1,4 +1,5 @@
-"""Print the surfaces of objects as those of real ones are: labels, bands, caps, handles, sides and insides in other colours.
+"""Print the surfaces of objects as those of real ones are: labels, bands, caps, handles, sides and insides in other
+colours.
 
 A print is a number of layers, each of one colour, painted one over the other. Each is a set of surface points in the
 object's own frame, z up from where it stands, metres.
@@ -34,7 +35,9 @@ class Surface:
 
     @property
     def unrolled(self) -> np.ndarray:
-        """Return places (P, 2) on the unrolled surface, metres: around the object and up, and seen from above on tops."""
+        """Return places (P, 2) on the unrolled surface, metres: around the object and up,
+        and seen from above on tops.
+        """
         middle = (self.low + self.high)[:2] / 2
         x, y = (self.points[:, :2] - middle).T
         radius = max(float((self.high - self.low)[:2].mean()) / 2, 1e-3)

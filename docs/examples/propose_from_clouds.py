@@ -10,7 +10,9 @@ import structagent
 
 
 def cylinder(x: float, y: float, radius: float, height: float, rng: np.random.Generator) -> np.ndarray:
-    """What a camera above sees of a cylinder that stands at (x, y): 500 points (P, 3) of its top and its front, metres."""
+    """What a camera above sees of a cylinder that stands at (x, y): 500 points (P, 3) of its top and its front,
+    metres.
+    """
     angle, distance = rng.uniform(0, 2 * np.pi, 300), radius * np.sqrt(rng.uniform(0, 1, 300))
     top = np.column_stack((distance * np.cos(angle), distance * np.sin(angle), np.full(300, height)))
     angle = rng.uniform(np.pi / 2, 3 * np.pi / 2, 200)  # the side toward the robot

@@ -84,7 +84,8 @@ _SPELLINGS = tuple(
 _ADDRESS = _compiled("<ADDRESS>").pattern
 # What stands before or behind what is said, and says nothing itself.
 _OPENER = re.compile(
-    r"(?:ok|okay|so|well|and|but|now|then|um+|uh+|hm+|please|oh|ah|right|alright|all right|excuse me|sorry|listen|wait(?! (?:a|one|for) )"
+    r"(?:ok|okay|so|well|and|but|now|then|um+|uh+|hm+|please|oh|ah|right|alright|all right|excuse me|sorry|listen"
+    r"|wait(?! (?:a|one|for) )"
     rf"|actually|just|also|yes|yeah|hey {_ADDRESS}|{_ADDRESS}(?=,)|quick question|one question)\b[, ]*"
 )
 _CLOSER = re.compile(

@@ -21,8 +21,8 @@ NO = (*DECLINED, "never mind", "nevermind", "neither", "none of them", "none of 
 _ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")
 _ORDINALS = {"first": 0, "former": 0, "second": 1, "latter": 1, "third": 2, "last": -1}
 _FILLERS = frozenset(
-    "the a an one ones i mean meant it is that this please pls of and with to in on no yes just only rather actually choose "
-    "take use option".split()
+    "the a an one ones i mean meant it is that this please pls of and with to in on no yes just only rather actually "
+    "choose take use option".split()
 )
 _WORD = re.compile(r"[^\W_]+")
 

@@ -82,7 +82,8 @@ def _objects_exchanged(goal: Goal, one: int | str, other: int | str, stood: bool
         return Goal((*goal.parts, RelationPart("swapped", (one, other))))  # type: ignore[arg-type]
     for number, part in enumerate(goal.parts):
         if isinstance(part, StructurePart) and _in_layers(part) and set(part.objects or ()) >= {one, other}:
-            # Without an order they stand as they are listed; the speaker has seen a proposal with these two the other way.
+            # Without an order they stand as they are listed; the speaker has seen a proposal with these two the other
+            # way.
             new = replace(parts[number], order=Order("listed", None, "bottom"))  # type: ignore[call-arg]
             return Goal((*parts[:number], new, *parts[number + 1 :]))
     raise CannotEdit("no order was asked for, so that these two have no places of their own; say which order you want")

@@ -68,11 +68,13 @@ _AMOUNT, _COMPARED = "(length|number)", "(more|less)"
 RULES = (
     Rule("as long", "(move )?(key )?(bit )?(more|less) be length( key)?", as_long),
     Rule("so long", "(move )?(key )?be length( key)?", as_long, False),
-    Rule("longer", f"(move )?(key )?(be )?({_AMOUNT}( key)? {_COMPARED}|{_COMPARED}( bit)? {_AMOUNT}( more)?)( key)?", longer),
+    Rule("longer", f"(move )?(key )?(be )?({_AMOUNT}( key)? {_COMPARED}|{_COMPARED}( bit)? {_AMOUNT}( more)?)( key)?",
+         longer),
     Rule("scaled", "(key )?(be )?factor( key)?( more| less)?( key)?", scaled),
     Rule("back", "(move )?direction number", back),
     Rule(
-        "shifted", f"(move )?(bit )?({_AMOUNT}( more| less)? direction|(more )?direction {_AMOUNT}|more {_AMOUNT} direction)",
+        "shifted", f"(move )?(bit )?({_AMOUNT}( more| less)? direction|(more )?direction {_AMOUNT}|more {_AMOUNT} "
+                   "direction)",
         shifted,
     ),
     Rule("resized", "(move |be )?(bit )?(more|less)( bit)?", resized),

@@ -23,8 +23,8 @@ class Token:
 
     Attributes:
         kind: "length" (m), "number", "angle" (degrees), "factor", "more", "less", "key" (which length), "direction",
-            "opposite", "side", "way", "swap", "reverse", "turn", "rotation" (1 for clockwise, -1), "move", "bit", "be" ("like",
-            "make it").
+            "opposite", "side", "way", "swap", "reverse", "turn", "rotation" (1 for clockwise, -1), "move", "bit", "be"
+            ("like", "make it").
         value: as its kind says; otherwise the word.
     """
 
@@ -66,20 +66,22 @@ def _phrases(kind: str, values: Mapping[Value, str] | str) -> dict[tuple[str, ..
 
 
 _PHRASES: Mapping[tuple[str, ...], Token] = {
-    **_phrases("more", "more, further, farther, wider, longer, bigger, larger, roomier, looser, extra, another, add, plus, increase, "
-               "widen, beyond, over"),
+    **_phrases("more", "more, further, farther, wider, longer, bigger, larger, roomier, looser, extra, another, add, "
+               "plus, increase, widen, beyond, over"),
     **_phrases("less", "less, closer, nearer, shorter, tighter, narrower, smaller, minus, reduce, subtract, back off"),
     **_phrases("key", {
         "gap": "gap, gaps, spacing, spaces, space, apart, interval, intervals, separation, clearance, between, "
         "between them, in between",
         "radius": "radius", "diameter": "diameter, across", "length": "length, long", "distance": "distance, distances",
     }),
-    **_phrases("factor", {2.0: "double, twice, dbl, two times, times two", 0.5: "half, halve, halved", 3.0: "triple, three times, thrice"}),
+    **_phrases("factor", {2.0: "double, twice, dbl, two times, times two", 0.5: "half, halve, halved",
+                          3.0: "triple, three times, thrice"}),
     **_phrases("angle", {
         90.0: "quarter, a quarter, quarter turn, a quarter turn, a right angle",
         180.0: "half a turn, a half turn, half turn, upside down",
     }),
-    **_phrases("rotation", {1.0: "clockwise", -1.0: "counterclockwise, anticlockwise, counter clockwise, anti clockwise"}),
+    **_phrases("rotation", {1.0: "clockwise", -1.0: "counterclockwise, anticlockwise, counter clockwise, anti "
+                                                    "clockwise"}),
     **_phrases("direction", {
         "left": "left, leftward, leftwards", "right": "right, rightward, rightwards",
         "away": "back, backward, backwards, rear, away from me, away from us, further away from me, "
@@ -90,12 +92,13 @@ _PHRASES: Mapping[tuple[str, ...], Token] = {
     **_phrases("opposite", "other, opposite"),
     **_phrases("side", "side, sides"),
     **_phrases("way", "way, way around, way round, end, direction, around, round, about"),
-    **_phrases("swap", "swap, swapped, switch, switched, exchange, exchanged, trade, interchange, change places, change sides, "
-               "vice versa, swap places, trade places, switch places, swap positions"),
+    **_phrases("swap", "swap, swapped, switch, switched, exchange, exchanged, trade, interchange, change places, "
+               "change sides, vice versa, swap places, trade places, switch places, swap positions"),
     **_phrases("reverse", "reverse, reversed, flip, flipped, mirror, invert"),
     **_phrases("turn", "turn, rotate, spin, swivel, twist, turned, rotated"),
     **_phrases("move", "move, shift, push, pull, slide, put, nudge, scoot, scooch, bring, drag, place"),
-    **_phrases("bit", "bit, little, touch, tad, smidge, smidgen, slightly, somewhat, notch, step, teeny, tiny, wee, some"),
+    **_phrases("bit", "bit, little, touch, tad, smidge, smidgen, slightly, somewhat, notch, step, teeny, tiny, wee, "
+                      "some"),
     **_phrases("be", "like, say, make it, make that, about"),
     **_phrases("filler", "as far, as wide, as big, as much, as large, so far, so long, so wide, that far, "
                "that much, that wide, as far apart, so big, apart, whole thing"),
@@ -103,10 +106,10 @@ _PHRASES: Mapping[tuple[str, ...], Token] = {
 }  # fmt: skip
 _LONGEST = max(map(len, _PHRASES))
 _FILLERS = frozenset(
-    "the a an my it its them that this these those they their no nope nah ok okay oh ah and but then now please pls actually rather "
-    "hmm hm um uh well yes yeah just only can could would you i we want i'd by to of with on at for in from where is it's as again so than make let "
-    "let's have give need needs be should go goes get set please , . ! ? : ; sorry wait cheers thanks one "
-    "ones thing stands".split()
+    "the a an my it its them that this these those they their no nope nah ok okay oh ah and but then now please pls "
+    "actually rather hmm hm um uh well yes yeah just only can could would you i we want i'd by to of with on at for in "
+    "from where is it's as again so than make let let's have give need needs be should go goes get set please , . ! ? "
+    ": ; sorry wait cheers thanks one ones thing stands".split()
 )
 _WITH_OBJECTS = frozenset("add plus another minus reduce subtract extra".split())
 _DEGREES = frozenset("degree degrees deg °".split())

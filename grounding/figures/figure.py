@@ -12,7 +12,9 @@ MOST = 24  # objects of a figure: more than any table that an arm serves has
 
 
 class FigureError(ValueError):
-    """Raised for a figure that is not legal or not there; the message names the file or name, the key and what is legal."""
+    """Raised for a figure that is not legal or not there; the message names the file or name,
+    the key and what is legal.
+    """
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ def read_figure(path: Path) -> Figure:
     """Read the file of a figure.
 
     Raises:
-        FigureError: for a file that cannot be read, is no TOML, or has a wrong key or value: one sentence with the file.
+        FigureError: for a file that cannot be read, is no TOML, or has a wrong key or value: one sentence with the
+            file.
     """
     try:
         return figure_from(tomllib.loads(read_regular(path, BYTES).decode("utf-8")))

@@ -1,4 +1,6 @@
-"""Let blocks and patterns have other numbers of objects: posts become longer, walls get rows and columns, stairs steps."""
+"""Let blocks and patterns have other numbers of objects: posts become longer, walls get rows and columns,
+stairs steps.
+"""
 
 from __future__ import annotations
 

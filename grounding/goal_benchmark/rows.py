@@ -51,7 +51,9 @@ class GoalRow:
 
 @cache
 def goal_scenes() -> Mapping[str, tuple[SceneObject, ...]]:
-    """Load the scenes of the benchmark: name -> objects, with their colours, sizes (m) and positions (m, world frame)."""
+    """Load the scenes of the benchmark: name -> objects, with their colours,
+    sizes (m) and positions (m, world frame).
+    """
     text = (resources.files("grounding") / "benchmark_data" / "goal_scenes.json").read_text(encoding="utf-8")
     return {name: tuple(map(_scene_object, objects)) for name, objects in json.loads(text).items()}
 

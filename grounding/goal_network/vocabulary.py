@@ -18,10 +18,11 @@ NOTHING = "nothing"
 NO_GOAL = (NOTHING, "impossible", "unclear")
 MOST_PARTS, MOST_PHRASES, MOST_WORDS, MOST_COUNT, MOST_STRUCTURES = 9, 9, 12, 20, 6
 PLACED = tuple(one for one in RELATIONS if one not in ("at", "moved", "swapped"))
-# The shapes that the shipped network was taught; the numbers of its keywords follow from them. Another shape is read as one
-# of these (`grounding.propose.stand_ins`), so that it needs no training.
+# The shapes that the shipped network was taught; the numbers of its keywords follow from them. Another shape is read as
+# one of these (`grounding.propose.stand_ins`), so that it needs no training.
 TAUGHT_SHAPES = (
-    "circle", "line", "tower", "table setting", "cluster", "rectangle", "square", "triangle", "arc", "grid", "cross", "pyramid",
+    "circle", "line", "tower", "table setting", "cluster", "rectangle", "square", "triangle", "arc", "grid", "cross",
+    "pyramid",
 )  # fmt: skip
 STRUCTURE_HEADS = tuple(f"{shape} of" for shape in (*TAUGHT_SHAPES, "structure"))
 # "keep of" names what is said to stay, or to be left out.

@@ -92,7 +92,8 @@ class NetworkWriter:
 
         Args:
             text: the instruction.
-            count: of goals at most, and the width of the beam; none for a text that is empty or longer than `MOST_SAID` words.
+            count: of goals at most, and the width of the beam; none for a text that is empty or longer than `MOST_SAID`
+                words.
             objects: of the scene; `None` where it is not known.
             answers: whether an answer may be written in place of a goal.
         """

@@ -1,4 +1,6 @@
-"""Let objects leave the structures that stood, where a later wish puts them elsewhere: "the red cup goes on the plate"."""
+"""Let objects leave the structures that stood, where a later wish puts them elsewhere:
+"the red cup goes on the plate".
+"""
 
 from __future__ import annotations
 
@@ -32,8 +34,8 @@ def without_taken(goal: Goal, before: Goal) -> Goal:
 def owned_once(parts: Sequence[Mapping[str, Any]], before: Goal) -> list[Mapping[str, Any]]:
     """Return parts in which what joins another structure has left the one that it was in.
 
-    That is the structure which has most of its former companions. Where there were none, it stays in both, which no goal
-    allows.
+    That is the structure which has most of its former companions. Where there were none, it stays in both, which no
+    goal allows.
 
     Args:
         parts: as JSON values. before: the goal so far.
@@ -51,7 +53,8 @@ def owned_once(parts: Sequence[Mapping[str, Any]], before: Goal) -> list[Mapping
 
 
 def without_placed(goal: Goal, taken: Set[object]) -> Goal:
-    """Return a goal without what it does to some objects: their places in structures, and the parts that speak of them alone.
+    """Return a goal without what it does to some objects: their places in structures, and the parts that speak of them
+    alone.
 
     A part that others refer to stays.
     """

@@ -54,7 +54,8 @@ class WordStates:
         hidden: (B, T, 384) float32: the output of the layer that was asked for.
         pieces: (B, T) bool, true on the pieces of the text and its two boundary marks.
         first: (B, W) int: the first piece of each word.
-        words: (B, W) bool, true on words; false on padding, and on words beyond the longest text that the network takes.
+        words: (B, W) bool, true on words; false on padding, and on words beyond the longest text that the network
+            takes.
     """
 
     hidden: np.ndarray
@@ -71,8 +72,8 @@ class SentenceEncoder:
             The checksum of the weights is verified.
 
     Raises:
-        EncoderError: for a package that is not installed, a file that is missing or has the wrong checksum, or a network
-            that is not a BERT of width 384.
+        EncoderError: for a package that is not installed, a file that is missing or has the wrong checksum, or a
+            network that is not a BERT of width 384.
     """
 
     def __init__(self, folder: Path | None = None) -> None:

@@ -198,7 +198,8 @@ def _nearest(word: str, reach: int) -> str | None:
 def _unlikely(slip: str, word: str) -> float:
     """Return how unlikely it is that somebody wrote `slip` for `word`, beside the number of slips.
 
-    Letters change places most often, and are left out more often than they are added; a slip at the first letter is rare.
+    Letters change places most often, and are left out more often than they are added; a slip at the first letter is
+    rare.
     """
     if len(slip) == len(word) and sorted(slip) == sorted(word):
         return 0.0

@@ -1,7 +1,8 @@
 """Find where a text names a figure as a structure: "a heart", "the letter T", "write HI".
 
-Many names of figures are also those of objects and places ("set the table", "the star"), so that the words around decide: a
-figure that is to be made is no known thing yet ("a star"), unless the goal so far has it ("turn the star around").
+Many names of figures are also those of objects and places ("set the table", "the star"), so that the words around
+decide: a figure that is to be made is no known thing yet ("a star"), unless the goal so far has it ("turn the star
+around").
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ _SHAPED = frozenset("shape shapes shaped form formation figure pattern outline".
 OPENING = re.compile(r"\b(?:open\w*|mouth|gap|hollow)\b", re.IGNORECASE)
 _CAPITAL = re.compile(r"(?<![\w.'’&])(?:[A-Z])(?![\w'’&]|\.\w)")
 _LETTER = re.compile(
-    r"\b(?:capital |upper[- ]?case |block |big )?(?:letter|capital|character|initial) [\"'“‘]?([a-z])[\"'”’]?(?![\w'’])",
+    r"\b(?:capital |upper[- ]?case |block |big )?(?:letter|capital|character"
+    r"|initial) [\"'“‘]?([a-z])[\"'”’]?(?![\w'’])",
     re.IGNORECASE,
 )
 _DIGIT = re.compile(r"\b(?:number|digit|numeral|figure) [\"'“‘]?(\d)[\"'”’]?(?![\w.,]\d|\w)", re.IGNORECASE)
@@ -58,9 +60,12 @@ _BIGGER = re.compile(r"\b(?:a bit |a little |much )?(?:bigger|larger|wider)\b", 
 _SMALLER = re.compile(r"\b(?:a bit |a little |much )?(?:smaller|tighter|narrower)\b", re.IGNORECASE)
 # How an example is spoken of, the clearest first.
 _LIKE = tuple(re.compile(rf"\b(?:{words})\b", re.IGNORECASE) for words in (
-    r"(?:exactly |just )?the same(?: (?:thing|structure|figure|shape|arrangement|one))?(?: again| as (?:this|that|before))?",
-    r"(?:(?:an?|another|one) )?(?:(?:thing|one|something|figure|structure) )?like (?:this|that|it|the (?:example|one before|last one))(?: one)?",
-    r"another(?: one)?|a copy(?: of (?:this|that|it))?|(?:this|that|the example)(?: (?:figure|structure|shape|one))?|it|one",
+    r"(?:exactly |just )?the same(?: (?:thing|structure|figure|shape|arrangement|one))?(?: again"
+    r"| as (?:this|that|before))?",
+    r"(?:(?:an?|another|one) )?(?:(?:thing|one|something|figure|structure) )?like (?:this|that|it"
+    r"|the (?:example|one before|last one))(?: one)?",
+    r"another(?: one)?|a copy(?: of (?:this|that|it))?|(?:this|that|the example)(?: (?:figure|structure|shape|one))?|it"
+    r"|one",
 ))  # fmt: skip
 _CAPITALS = re.compile(r"(?<![\w'’])[A-Z][A-Z0-9]+(?![\w'’])")
 
@@ -99,7 +104,9 @@ def mentions_of(text: str, objects: Sequence[SceneObject] | None, before: Collec
 
 
 def like_mentions(text: str, name: str) -> tuple[Mention, ...]:
-    """Find where a text speaks of an example, "the same with the cups", "one like this": the most telling words alone."""
+    """Find where a text speaks of an example, "the same with the cups", "one like this":
+    the most telling words alone.
+    """
     for pattern in _LIKE:
         if found := pattern.search(text):
             return (Mention(*found.span(), name, lead="a"),)
@@ -107,7 +114,9 @@ def like_mentions(text: str, name: str) -> tuple[Mention, ...]:
 
 
 def compared(text: str) -> str:
-    """Return what is said of an example with sizes in place of comparisons: of what stands elsewhere, "bigger" is large."""
+    """Return what is said of an example with sizes in place of comparisons: of what stands elsewhere,
+    "bigger" is large.
+    """
     return _SMALLER.sub("small", _BIGGER.sub("large", text))
 
 

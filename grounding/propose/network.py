@@ -103,15 +103,17 @@ class NetworkProposer:
 
 
 def _has_figures(one: WordedGoal, figures: Sequence[Mention]) -> bool:
-    """Return whether a goal has the figures that its text names, those of the goal so far aside: they may be what it drops."""
+    """Return whether a goal has the figures that its text names, those of the goal so far aside:
+    they may be what it drops.
+    """
     shapes = {part.get("shape") for part in (*one.parts, *one.before.to_dict()["parts"])}
     lost = one.stand_ins.are_objects(one.phrases) or any(figure.name not in shapes for figure in figures)
     return not one.parts or not lost
 
 
 def _is_said(one: WordedGoal, text: str) -> bool:
-    """Return whether a goal that was read of a text is told by other words than the names of figures: its shapes are named, or it
-    opens somewhere, as no figure does.
+    """Return whether a goal that was read of a text is told by other words than the names of figures: its shapes are
+    named, or it opens somewhere, as no figure does.
     """
     shapes = {part["shape"] for part in one.parts if part["kind"] == "structure"}
     return OPENING.search(text) is not None or shapes <= shapes_named(text)

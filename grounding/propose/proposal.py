@@ -51,7 +51,8 @@ class Proposal:
     """A goal that is proposed for a text.
 
     Attributes:
-        goal: in the speaker's frame; its objects are indices, or words where no scene is known; `None` where there is none.
+        goal: in the speaker's frame; its objects are indices, or words where no scene is known; `None` where there is
+            none.
         certainty: of the proposer, 0 to 1.
         answer: "nothing", "impossible" or "unclear" in place of a goal, or "".
         question: which objects are meant, where several fit.

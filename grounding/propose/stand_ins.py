@@ -1,7 +1,8 @@
-"""Let a shape that the networks were not taught be read as one that they were: a new shape, or a figure, needs no training.
+"""Let a shape that the networks were not taught be read as one that they were: a new shape, or a figure, needs no
+training.
 
-Where a text names it, and in the goal so far, the noun of the taught shape that takes the most alike slots and keys, and that the
-text does not speak of, takes its place; the goal that is written gets the shape back.
+Where a text names it, and in the goal so far, the noun of the taught shape that takes the most alike slots and keys,
+and that the text does not speak of, takes its place; the goal that is written gets the shape back.
 """
 
 from __future__ import annotations
@@ -84,7 +85,8 @@ class StandIns:
     def goal(self, goal: Goal) -> Goal:
         """Return a goal with the taught shapes."""
         return Goal(tuple(
-            replace(part, shape=self.shapes.get(part.shape or "", part.shape)) if isinstance(part, StructurePart) else part
+            replace(part, shape=self.shapes.get(part.shape or "", part.shape)) if isinstance(part,
+                                                                                             StructurePart) else part
             for part in goal.parts
         ))  # fmt: skip
 
@@ -108,8 +110,8 @@ def _of_new_shapes(text: str) -> tuple[Mention, ...]:
 
 
 def _difference(shape: str, asked: Collection[str], taught: str) -> tuple[int, bool, int, int]:
-    """Return how unlike two shapes are: how much of what was asked for the taught one cannot carry, whether one alone stands
-    in layers, how many slots and keys the taught one lacks, and how many it alone takes.
+    """Return how unlike two shapes are: how much of what was asked for the taught one cannot carry, whether one alone
+    stands in layers, how many slots and keys the taught one lacks, and how many it alone takes.
     """
     one, other = words_of(shape), STRUCTURES[taught]
     own, carried = {*one.slots, *one.keys}, {*other.slots, *other.keys}

@@ -1,4 +1,6 @@
-"""Read with what the objects of a phrase are compared: "taller than the can", "of the same colour", "without a twin"."""
+"""Read with what the objects of a phrase are compared: "taller than the can", "of the same colour",
+"without a twin".
+"""
 
 from __future__ import annotations
 

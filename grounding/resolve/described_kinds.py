@@ -1,7 +1,8 @@
-"""Find the kind of object that a description of its use means: "the thing that quacks", "what you peel", "the cutting tool".
+"""Find the kind of object that a description of its use means: "the thing that quacks", "what you peel", "the cutting
+tool".
 
-The words of the lexicon for uses ("drink from") come first. For all others the sentence encoder says which kind of object
-of the scene the description is nearest to, and how far ahead of the next kind.
+The words of the lexicon for uses ("drink from") come first. For all others the sentence encoder says which kind of
+object of the scene the description is nearest to, and how far ahead of the next kind.
 """
 
 from __future__ import annotations
@@ -30,8 +31,10 @@ _PLACEHOLDER = frozenset(
 )
 # Descriptions by comparison, by exclusion, or by place, which say nothing of a use.
 _NO_USE = re.compile(
-    r"\b(?:not|non|isn't|aren't|no|without|other|others|another|same|different|else|left|twin|rest|remaining|only|mine|yours"
-    r"|\w+(?:est|most)|most|least|nearer|farther|further|closer|first|second|third|last|next|middle|odd|identical|pair)\b",
+    r"\b(?:not|non|isn't|aren't|no|without|other|others|another|same|different|else|left|twin|rest|remaining|only|mine"
+    r"|yours"
+    r"|\w+(?:est|most)|most|least|nearer|farther|further|closer|first|second|third|last|next|middle|odd|identical"
+    r"|pair)\b",
     re.IGNORECASE,
 )
 _SINGLE = re.compile(r"\b(?:thing|one|tool|object|item|utensil|implement|vessel)\b", re.IGNORECASE)

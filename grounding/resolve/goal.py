@@ -162,7 +162,9 @@ def _question(doubt: Doubt, there: Referents) -> UnclearObjectsError:
 def _chosen_by(
     reader: GoalPhrases | CataloguePhrases | WordPhrases, there: Referents
 ) -> tuple[tuple[str, ...], bool, tuple[str, ...], bool]:
-    """Return the nouns that chose objects, whether more than nouns did, what there is to note, and whether each phrase is for one."""
+    """Return the nouns that chose objects, whether more than nouns did, what there is to note,
+    and whether each phrase is for one.
+    """
     nouns = [_label(phrase, there) for phrase in reader.phrases if phrase.noun]
     described = any(_told(phrase) for phrase in reader.phrases)
     singly = bool(reader.phrases) and not any(

@@ -137,7 +137,8 @@ _BEFORE = frozenset(
     "about around roughly approximately approx circa exactly precisely nearly almost only just clear full".split()
 )
 _PHRASES_BEFORE = (
-    ("a", "good"), ("at", "least"), ("at", "most"), ("no", "less", "than"), ("no", "more", "than"), ("more", "or", "less"),
+    ("a", "good"), ("at", "least"), ("at", "most"), ("no", "less", "than"), ("no", "more", "than"),
+    ("more", "or", "less"),
     ("something", "like"), ("not", "less", "than"),
 )  # fmt: skip
 _AFTER = (("or", "so"), ("or", "thereabouts"), ("give", "or", "take"), ("exactly",), ("or", "thereabout"))

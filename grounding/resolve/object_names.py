@@ -96,8 +96,9 @@ def vocabulary(names: Sequence[str | None]) -> Vocabulary:
 
 
 def as_named(text: str, names: Sequence[str | None]) -> str:
-    """Spell the names of objects in a text as the objects are named, where only spaces, hyphens, underscores or capitals
-    differ: "the gear boxes" is "the gearboxes" if something is called "gearbox", and "a coffeepot" is "a coffee pot".
+    """Spell the names of objects in a text as the objects are named, where only spaces, hyphens, underscores or
+    capitals differ: "the gear boxes" is "the gearboxes" if something is called "gearbox", and "a coffeepot" is "a
+    coffee pot".
 
     Whole words are compared, one or several side by side, with whole words of a name.
 

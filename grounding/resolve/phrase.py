@@ -11,8 +11,8 @@ class Test:
 
     Attributes:
         kind: "colour", "size", "property", "use", "place", "stands", "nearest", "more", "measure", "alike", "noun",
-            "number" (of "cup 2"), "lonely" (nothing is like it), "odd", "equal" (there are others like it), "hue", "contrast" (what an earlier
-            phrase says, or does not) or "word" (an adjective that nothing here knows).
+            "number" (of "cup 2"), "lonely" (nothing is like it), "odd", "equal" (there are others like it), "hue",
+            "contrast" (what an earlier phrase says, or does not) or "word" (an adjective that nothing here knows).
         word: the colour, the adjective, the relation and so on.
         sides: for "place": where the objects stand, of "left", "right", "near", "far" and "middle".
         value: for "measure": metres.

@@ -31,7 +31,8 @@ _DIALECT = {
 _TOGETHER = (
     ("left hand", "left"), ("right hand", "right"), ("screw driver", "screwdriver"), ("see through", "clear"),
     ("most near", "nearest"), ("most close", "closest"), ("most far", "furthest"), ("most distant", "furthest"),
-    ("most left", "leftmost"), ("most right", "rightmost"), ("more right", "rightmost"), ("more left", "leftmost"), ("more near", "nearer"), ("more close", "closer"),
+    ("most left", "leftmost"), ("most right", "rightmost"), ("more right", "rightmost"), ("more left", "leftmost"),
+    ("more near", "nearer"), ("more close", "closer"),
     ("more far", "further"), ("more distant", "further"), ("further off", "further away"),
     ("furthest off", "furthest away"), ("what is the", "that is the"),
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""Read where the objects of a phrase stand: "to the left of the plate", "between the mugs", "nearest to me", "at the back"."""
+"""Read where the objects of a phrase stand: "to the left of the plate", "between the mugs", "nearest to me",
+"at the back".
+"""
 
 from __future__ import annotations
 

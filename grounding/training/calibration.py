@@ -1,7 +1,8 @@
 """Fit the probability that a judged goal is what was meant: the last step of `structagent train verifier`.
 
-A logistic regression on the few numbers of `grounding.decide.features`, on texts that no network was trained on: labelled ones that
-are held back, and the development sets. Every second of them is left out: on these the result is reported.
+A logistic regression on the few numbers of `grounding.decide.features`, on texts that no network was trained on:
+labelled ones that are held back, and the development sets. Every second of them is left out: on these the result is
+reported.
 """
 
 from __future__ import annotations
@@ -124,7 +125,9 @@ def fitted(rows: np.ndarray, right: np.ndarray, weight: np.ndarray | None = None
 
 
 def judged(rows: Sequence[JudgedText], interpreter: Interpreter) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the features of all candidates of texts, (N, F), whether each is what was meant, (N,), and their weights, (N,)."""
+    """Return the features of all candidates of texts, (N, F), whether each is what was meant, (N,), and their weights,
+    (N,).
+    """
     found, right, weight = list[list[float]](), list[float](), list[float]()
     for row in rows:
         candidates, proposals = interpreter.candidates(row.text, row.objects, row.before)

@@ -1,7 +1,7 @@
 """Turn labelled corrections into tasks of the goal network: the goal so far in words, what is said, the goal after it.
 
-A row of `language/goal_corrections.tsv.xz` has a scene, the label of the goal so far, what is said, and the label of the
-goal after it, or "computed.", where that needs a length or a place that only the arrangement shown has.
+A row of `language/goal_corrections.tsv.xz` has a scene, the label of the goal so far, what is said, and the label of
+the goal after it, or "computed.", where that needs a length or a place that only the arrangement shown has.
 """
 
 from __future__ import annotations
@@ -112,7 +112,9 @@ def rewritten(row: GoalCorrection) -> tuple[Rendition, str]:
 
 
 def _of_the_rest(parts: Sequence[Sequence[str]], label: str, count: int) -> list[list[str]]:
-    """Return the parts of a label with the objects themselves in place of "(all)": something is kept that is not said again."""
+    """Return the parts of a label with the objects themselves in place of "(all)":
+    something is kept that is not said again.
+    """
     structures = iter(goal_of(label, count).structures)
     found = []
     for head, *cells in parts:
@@ -262,7 +264,8 @@ def _metres(words: str) -> float:
     return abs(next(iter(lengths.values()))[0])
 
 
-# How people begin when they want something else, or something more. What is said about other objects, without such a beginning, is more.
+# How people begin when they want something else, or something more. What is said about other objects, without such a
+# beginning, is more.
 _ANEW = ("scrap that, ", "forget that. ", "new idea: ", "start over: ", "no, do something else. ")
 _MORE = (
     "",

@@ -1,8 +1,8 @@
 """Train the goal network (`structagent train goals`): about an hour on one core.
 
 Its tasks are labelled instructions (`language/goal_lines.tsv.xz`), varied at every use or two of them joined, sentences
-with five slots, and corrections of goals, labelled (`language/goal_corrections.tsv.xz`) or drawn. Every twelfth labelled
-text, chosen by its checksum, is never trained on: the loss on these is reported.
+with five slots, and corrections of goals, labelled (`language/goal_corrections.tsv.xz`) or drawn. Every twelfth
+labelled text, chosen by its checksum, is never trained on: the loss on these is reported.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Join labelled instructions of one scene: two wishes about different objects, or a remark and a wish.
 
-People say more than one thing at once, and few labelled instructions can show in how many ways. What two of them ask for
-together, and that a remark beside a wish changes nothing, follows from their labels.
+People say more than one thing at once, and few labelled instructions can show in how many ways. What two of them ask
+for together, and that a remark beside a wish changes nothing, follows from their labels.
 """
 
 from __future__ import annotations

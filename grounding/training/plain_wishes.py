@@ -1,7 +1,7 @@
 """Draw plain wishes about the objects of a scene: what people type first, and what labelled texts have few of.
 
-Most short labelled texts are remarks or wishes that cannot be built, so that a network that sees only these takes "put the banana in
-the bowl" for one.
+Most short labelled texts are remarks or wishes that cannot be built, so that a network that sees only these takes "put
+the banana in the bowl" for one.
 """
 
 from __future__ import annotations
@@ -29,13 +29,16 @@ _PUT = (
     "get {a}",
 )
 _RELATIONS = {
-    "left of": ("left of", "to the left of", "on the left of"), "right of": ("right of", "to the right of", "on the right of"),
-    "in front of": ("in front of", "before"), "behind": ("behind", "in the back of"), "next to": ("next to", "beside", "by"),
+    "left of": ("left of", "to the left of", "on the left of"),
+    "right of": ("right of", "to the right of", "on the right of"),
+    "in front of": ("in front of", "before"), "behind": ("behind", "in the back of"),
+    "next to": ("next to", "beside", "by"),
     "on": ("on", "on top of", "onto"), "inside": ("in", "inside", "into"),
 }  # fmt: skip
 _BESIDE = ("left of", "right of", "in front of", "behind", "next to")  # where a structure can stand
 _PLACES = {
-    "left": ("on the left", "to the left side", "at the left"), "right": ("on the right", "on the right side", "at the right"),
+    "left": ("on the left", "to the left side", "at the left"),
+    "right": ("on the right", "on the right side", "at the right"),
     "top": ("at the back", "at the far end", "far away"), "bottom": ("at the front", "near me", "at the near end"),
 }  # fmt: skip
 _WAYS = {"left": "to the left", "right": "to the right", "away": "away from me", "closer": "closer to me"}
@@ -168,7 +171,8 @@ class PlainWishes:
             where, line = f" {self._one(_PLACES[value])}", f"{line}, {value}"
         if phrases != "(all)" and self.rng.random() < SELDOM:
             said = str(self._one(_ONLY)).format(said=said)
-        forms = (f"put {said} in a {noun}", f"make a {noun} of {said}", f"arrange {said} in a {noun}", f"{said} in a {noun}",
+        forms = (f"put {said} in a {noun}", f"make a {noun} of {said}", f"arrange {said} in a {noun}",
+                 f"{said} in a {noun}",
                  f"build a {noun} with {said}", f"a {noun} of {said}, please", f"use {said} to make a {noun}",
                  f"{noun} with {said}", f"{noun} out of {said}", f"{said}, {noun}")  # fmt: skip
         text = str(self._one(forms))

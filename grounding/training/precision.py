@@ -25,7 +25,9 @@ def _bfloat16_is_quick() -> bool:
 
 
 def _product_time(precision: torch.dtype) -> float:
-    """Return the shortest of several times of a product, in seconds: the first one prepares, others may be disturbed."""
+    """Return the shortest of several times of a product, in seconds: the first one prepares,
+    others may be disturbed.
+    """
     one, other = torch.ones(1024, 384, dtype=precision), torch.ones(384, 1536, dtype=precision)
     times = []
     for _ in range(8):

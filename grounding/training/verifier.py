@@ -53,7 +53,8 @@ UNKNOWN = -1.0  # of a word of which it is not known whether the goal has lost i
 
 
 class VerifierNetwork(nn.Module):
-    """A network from the lower states of the sentence encoder to judgements; `grounding.verify.verifier.Verifier` runs it.
+    """A network from the lower states of the sentence encoder to judgements; `grounding.verify.verifier.Verifier` runs
+    it.
 
     Args:
         dropout: of its layers.
@@ -121,7 +122,9 @@ class VerifierTraining:
 
 
 def train(options: VerifierTraining, report: Report = silent) -> None:
-    """Train and write a verifier; the weights of its probability are fitted later (`grounding.training.calibration`)."""
+    """Train and write a verifier; the weights of its probability are fitted later
+    (`grounding.training.calibration`).
+    """
     torch.set_num_threads(options.threads)
     encoder, rng = SentenceEncoder(), np.random.default_rng(options.seed)
     rows = read_proposals(options.proposals)

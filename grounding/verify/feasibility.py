@@ -1,4 +1,6 @@
-"""Find what objects cannot do, and say what could be had instead: nothing stands on a ball, a shape needs a number of objects."""
+"""Find what objects cannot do, and say what could be had instead: nothing stands on a ball,
+a shape needs a number of objects.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +64,10 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
     if words.figure is not None and len(members) not in words.figure.legal:
         fitting = max(number for number in words.figure.legal if number < len(members))
         some = Goal((replace(part, objects=tuple(members[:fitting])),))  # type: ignore[arg-type]
-        return f"{what} needs {words.figure.legal_numbers()} objects, and {those} are {len(members)}; say {worded_goal(some, names)!r}"
+        return (
+            f"{what} needs {words.figure.legal_numbers()} objects, and {those} are {len(members)}; say "
+            f"{worded_goal(some, names)!r}"
+        )
     if words.stacked and len(members) > 1 and sum(_is_ball(one, names) for one in members) > 1:
         return f"nothing stands on a ball, as in {what} of {those}; say {worded_goal(_line(part, members), names)!r}"
     if part.rows and part.columns and not _filled(part.rows, part.columns, len(members)):
@@ -70,8 +75,8 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
         fitting = worded_goal(Goal((replace(part, rows=rows, columns=columns),)), names)
         needed = f"{(part.rows - 1) * part.columns + 1} to {part.rows * part.columns}"
         return (
-            f"{what} of {part.rows} rows and {part.columns} columns needs {needed} objects, and {those} are {len(members)}; "
-            f"say {fitting!r}"
+            f"{what} of {part.rows} rows and {part.columns} columns needs {needed} objects, and {those} are "
+            f"{len(members)}; say {fitting!r}"
         )
     return ""
 
@@ -124,12 +129,17 @@ def _relation(part: RelationPart, names: Sequence[str]) -> str:
 
 
 def _pieces(part: StructurePart, goal: Goal, names: Sequence[str]) -> str:
-    """Say which piece of a structure with places of its own is placed for itself: "set the table but put the fork on the right"."""
+    """Say which piece of a structure with places of its own is placed for itself:
+    "set the table but put the fork on the right".
+    """
     pieces = frozenset(words_of(part.shape).pieces) if part.shape else frozenset()
     for other in goal.parts:
         if isinstance(other, RelationPart) and other.relation == "at" and isinstance(other.objects, tuple):
             for one in other.objects:
                 its_own = part.objects is None or one in part.objects
                 if isinstance(one, int) and its_own and pieces & set(names[one].lower().split()):
-                    return f"the place of the {names[one]} in a {part.shape} cannot be chosen; leave it out, or place all of it"
+                    return (
+                        f"the place of the {names[one]} in a {part.shape} cannot be chosen; leave it out, or place "
+                        "all of it"
+                    )
     return ""

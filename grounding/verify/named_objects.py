@@ -1,4 +1,6 @@
-"""Find objects that a text names and a goal leaves out: "the blue can, the red can and both apples" of which one is lost."""
+"""Find objects that a text names and a goal leaves out: "the blue can, the red can and both apples"
+of which one is lost.
+"""
 
 from __future__ import annotations
 

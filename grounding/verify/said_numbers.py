@@ -1,4 +1,6 @@
-"""Find numbers of a text that a goal does not hold: a number is never politeness, so a goal without it has lost something."""
+"""Find numbers of a text that a goal does not hold: a number is never politeness,
+so a goal without it has lost something.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +21,9 @@ _PRONOUNS = frozenset(("one", "zero"))  # "the green one" counts nothing
 def lost_numbers(text: str, goal: Goal, phrases: Sequence[str], before: Goal = Goal()) -> tuple[str, ...]:
     """Return the numbers and lengths of a text, as they were written, that a goal does not hold.
 
-    A goal holds a number that stands in a phrase which its objects were found by, that is one of its lengths, rows or columns, or that
-    counts its parts or the objects of one of them. A number behind the noun of such a phrase is a name, and counts nothing: "cups 1 and 3".
+    A goal holds a number that stands in a phrase which its objects were found by, that is one of its lengths, rows or
+    columns, or that counts its parts or the objects of one of them. A number behind the noun of such a phrase is a
+    name, and counts nothing: "cups 1 and 3".
 
     Args:
         text: what was said.
@@ -45,7 +48,9 @@ def lost_numbers(text: str, goal: Goal, phrases: Sequence[str], before: Goal = G
 
 
 def _numbers(text: str) -> Iterator[tuple[str, float, bool, str]]:
-    """Yield the numbers of a text: its words, the value, in metres for a length, whether it is one, and the word before it."""
+    """Yield the numbers of a text: its words, the value, in metres for a length, whether it is one,
+    and the word before it.
+    """
     said, place = split(text), 0
     while place < len(said.words):
         length = length_at(said, place) if said.word(place) not in ("a", "an", "another") else None

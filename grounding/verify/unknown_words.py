@@ -14,7 +14,8 @@ _WORD = re.compile(r"(?<![\w'’])[a-z]{4,}(?![\w'’])")  # names begin with a 
 
 
 def unknown_words(text: str, copied: Collection[str], whole_words: Collection[str]) -> tuple[str, ...]:
-    """Return the words of a text that are no English words, as far as the encoder and the word lists know, nor typing errors.
+    """Return the words of a text that are no English words, as far as the encoder and the word lists know, nor typing
+    errors.
 
     Args:
         text: any string.

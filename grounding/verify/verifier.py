@@ -1,8 +1,8 @@
 """Judge goals beside the words that they were read from: is everything held, and which words are lost?
 
-The discriminator of language, as the paper has one for arrangements: the goal network proposes, this network rejects. It
-reads what was said together with a goal in words, and answers with the logit that the goal is what was meant, and for
-each word with the probability that the goal has lost it.
+The discriminator of language, as the paper has one for arrangements: the goal network proposes, this network rejects.
+It reads what was said together with a goal in words, and answers with the logit that the goal is what was meant, and
+for each word with the probability that the goal has lost it.
 """
 
 from __future__ import annotations

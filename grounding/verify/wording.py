@@ -47,7 +47,9 @@ def _worded_phrase(phrase: ObjectPhrase, names: Sequence[str]) -> str:
 
 
 def worded_goal(goal: Goal, names: Sequence[str] | None) -> str:
-    """Word a goal: "a small line of the two cups on the left and put the mug next to the bowl"; see `worded_objects`."""
+    """Word a goal: "a small line of the two cups on the left and put the mug next to the bowl";
+    see `worded_objects`.
+    """
     return " and ".join(_worded_part(part, goal, names) for part in goal.parts)
 
 
@@ -63,7 +65,8 @@ def _worded_part(part: Part, goal: Goal, names: Sequence[str] | None) -> str:
     if isinstance(part, StructurePart):
         kind = " ".join(filter(None, (part.size, part.shape or "structure")))
         return " ".join(filter(None, (
-            with_article(kind), "of", _one_by_one(part, names) or said(part.objects), *place, _FACING.get(part.rotation or "", ""),
+            with_article(kind), "of", _one_by_one(part, names) or said(part.objects), *place,
+            _FACING.get(part.rotation or "", ""),
             *(_worded_key(part, key, value, said) for key, value in part.keys.items()),
         )))  # fmt: skip
     if part.relation == "swapped":

@@ -1,4 +1,6 @@
-"""Name the family of a finished structure blindly: the nearest of 20 figures by the checks of the evaluation protocol."""
+"""Name the family of a finished structure blindly: the nearest of 20 figures by the checks of the
+evaluation protocol.
+"""
 
 from __future__ import annotations
 

@@ -24,7 +24,9 @@ _VERTICES = 48
 
 
 def solid(points: np.ndarray, support: float) -> np.ndarray:
-    """Return the vertices (V, 3) of the hull of points (P, 3), widened by the pixel loss, and of their shadows below."""
+    """Return the vertices (V, 3) of the hull of points (P, 3), widened by the pixel loss,
+    and of their shadows below.
+    """
     points = _standing(points, support)
     outward = points[:, :2] - 0.5 * (points[:, :2].min(axis=0) + points[:, :2].max(axis=0))
     points[:, :2] += EDGE * outward / np.maximum(np.linalg.norm(outward, axis=1), 1e-6)[:, None]

@@ -35,8 +35,8 @@ def completed_points(cloud: ObjectCloud, world_from_camera: np.ndarray | None, c
     Args:
         cloud: the seen points.
         world_from_camera: (4, 4), or `None`; then nothing is known to be hidden.
-        covered: whether something stands on it. Then its top is not seen, and nothing tells how far its sides reach back:
-            it is taken to fill a rectangle around what is seen, if it is not round.
+        covered: whether something stands on it. Then its top is not seen, and nothing tells how far its sides reach
+            back: it is taken to fill a rectangle around what is seen, if it is not round.
     """
     points = np.asarray(cloud.points, dtype=np.float64)
     if world_from_camera is None or len(points) < 4:

@@ -21,7 +21,9 @@ def is_rounded(points: np.ndarray, height: float) -> bool:
 
 
 def fall_of_top(points: np.ndarray) -> float:
-    """Return how much lower, metres, points (P, 3) are toward their outline than in the middle; 0 for too few points."""
+    """Return how much lower, metres, points (P, 3) are toward their outline than in the middle;
+    0 for too few points.
+    """
     try:
         outline = points[ConvexHull(points[:, :2]).vertices, :2]
     except (QhullError, ValueError):

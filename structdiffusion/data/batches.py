@@ -166,7 +166,9 @@ class DemonstrationBatches:
         return Batch(clouds, there, ids, words, sentence, position, turn, world_from_structure)
 
     def _pick(self, size: int, generator: torch.Generator) -> tuple[Tensor, int]:
-        """Draw random scenes of one width; return them and the width, each width in proportion to its number of scenes."""
+        """Draw random scenes of one width; return them and the width,
+        each width in proportion to its number of scenes.
+        """
         if len(self.rows) == 1:
             return torch.randint(len(self), (size,), generator=generator, device=self.device), self.places
         chosen = int(torch.randint(len(self), (1,), generator=generator, device=self.device))

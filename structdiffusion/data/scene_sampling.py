@@ -189,7 +189,9 @@ def _scatter(
     table: Table,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Draw initial poses (M, 4, 4): distractors clear of the reference structure, and all objects clear of each other."""
+    """Draw initial poses (M, 4, 4): distractors clear of the reference structure,
+    and all objects clear of each other.
+    """
     standing_at_goal = zip(chosen, yaws, layout.turns, layout.positions)
     goal = [turned(m.footprint, yaw + turn) + at[:2] for m, yaw, turn, at in standing_at_goal]
     standing: list[np.ndarray] = []

@@ -89,7 +89,9 @@ def draw_shard(
 def _try(
     models: Sequence[ObjectModel], rng: np.random.Generator, crowded: bool
 ) -> tuple[str, dict[str, np.ndarray] | None, DrawnScene | None]:
-    """Try to draw one scene; return its shape, its row (`None` if rejected), and the scene (`None` if none was drawn)."""
+    """Try to draw one scene; return its shape, its row (`None` if rejected),
+    and the scene (`None` if none was drawn).
+    """
     shares = np.array([one.crowded_share if crowded else one.demonstration_share for one in STRUCTURES.values()])
     shape = str(rng.choice(list(STRUCTURES), p=shares / shares.sum()))
     spec = full_spec(shape, rng)

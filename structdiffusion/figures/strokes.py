@@ -1,4 +1,6 @@
-"""Sample the strokes of a figure at a number of places, so that ends, corners and junctions are kept and gaps are even."""
+"""Sample the strokes of a figure at a number of places, so that ends,
+corners and junctions are kept and gaps are even.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +55,9 @@ class Places:
         return (*(points[list(chain)] for chain in self.chains), *dots)
 
     def apart(self) -> list[tuple[int, int]]:
-        """Return the pairs of places that are clearly apart in the drawing: not joined, and farther than two that are."""
+        """Return the pairs of places that are clearly apart in the drawing: not joined,
+        and farther than two that are.
+        """
         steps = {frozenset(step) for step in self.steps}
         longest = np.zeros(len(self.points))
         for i, j in self.steps:
@@ -130,7 +134,9 @@ class _Drawing:
         return [0.0, *(angle + 1e-3 for angle in angles)]
 
     def sampled(self, least: float, count: int) -> list[Places]:
-        """Return ways to have `count` places with the corners whose angle is `least` or more; none if these are too many."""
+        """Return ways to have `count` places with the corners whose angle is `least` or more;
+        none if these are too many.
+        """
         stops = [sorted(t for t, worth in keys.items() if worth >= least) for keys in self.keys]
         nodes: list[np.ndarray] = []
         spans: list[tuple[int, float, float]] = []
@@ -170,8 +176,8 @@ class _Drawing:
     def _shared(self, spans: Sequence[tuple[int, float, float]], left: int) -> list[list[int]]:
         """Return ways to share so many places out inside the spans, so that steps are about even.
 
-        One way gives them one after another to the longest step; in the others, spans that are equally long, such as both
-        halves of the bar of a T, get equally many.
+        One way gives them one after another to the longest step; in the others, spans that are equally long, such as
+        both halves of the bar of a T, get equally many.
         """
         lengths = np.array([b - a for _, a, b in spans])
         # A span that returns to its start needs two at least to be seen.

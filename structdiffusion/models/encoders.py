@@ -53,7 +53,9 @@ def outline_features(points: Tensor) -> Tensor:
 
 
 class OffsetAttention(nn.Module):
-    """The offset attention of Point Cloud Transformer (Guo et al. 2021): passes on the difference that attention makes."""
+    """The offset attention of Point Cloud Transformer (Guo et al. 2021):
+    passes on the difference that attention makes.
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()

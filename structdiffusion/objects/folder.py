@@ -28,8 +28,8 @@ def folder_objects(folder: Path, *, alternatives: tuple[str, ...] = ()) -> list[
 
     The category is the noun in the name of a file, or of a node where a file has several objects, or of a subfolder.
     The first load of a mesh takes seconds, later loads use the cache. The mass is 400 kg per cubic metre of convex
-    hull, the friction 0.5. Hidden files and folders are left out in silence, files of other formats and links to folders
-    with a warning.
+    hull, the friction 0.5. Hidden files and folders are left out in silence, files of other formats and links to
+    folders with a warning.
 
     Args:
         alternatives: names of libraries that an error message suggests instead.

@@ -80,7 +80,9 @@ def hollow_parts(mesh: trimesh.Trimesh) -> tuple[np.ndarray, ...]:
 
 
 def _fit_circle(points: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Fit a circle to the outline of points (P, 2); return its centre (2,), its radius, and the deviation from round."""
+    """Fit a circle to the outline of points (P, 2); return its centre (2,), its radius,
+    and the deviation from round.
+    """
     outline = points[ConvexHull(points).vertices]
     terms = np.column_stack([2 * outline, np.ones(len(outline))])
     x, y, constant = np.linalg.lstsq(terms, (outline**2).sum(axis=1), rcond=None)[0]
@@ -141,7 +143,9 @@ def _bands(wedge: trimesh.Trimesh, angle: float, slope: float, offsets: tuple[fl
 
 
 def _without_floor(wall: trimesh.Trimesh, radius: float) -> trimesh.Trimesh:
-    """Remove remains of an uneven floor from the wall: a piece that includes them would fill the vessel up to the rim."""
+    """Remove remains of an uneven floor from the wall: a piece that includes them would fill the
+    vessel up to the rim.
+    """
     level = wall.face_normals[:, 2] > _LEVEL
     within = np.linalg.norm(wall.triangles_center[:, :2], axis=1) < _FLOOR_WITHIN * radius
     wall = trimesh.Trimesh(wall.vertices, wall.faces[~(level & within)])
@@ -176,7 +180,9 @@ def _best_cuts(wedges: list[trimesh.Trimesh], middles: list[float]) -> tuple[flo
 
 
 def _errors(surface: trimesh.Trimesh, hulls: tuple[np.ndarray, ...]) -> np.ndarray:
-    """Return how far (F,), metres, the faces of a surface lie inside the hulls, or the hulls extend in front of them."""
+    """Return how far (F,), metres, the faces of a surface lie inside the hulls,
+    or the hulls extend in front of them.
+    """
     inside = -signed_distance(surface.triangles_center, hulls)
     filled = -signed_distance(surface.triangles_center + _IN_FRONT * surface.face_normals, hulls)
     return np.maximum(inside, np.where(filled > 0, filled + _IN_FRONT, 0.0))

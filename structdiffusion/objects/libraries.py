@@ -47,8 +47,8 @@ def load_objects(source: str | Path) -> list[ObjectModel]:
 
     Args:
         source: "procedural", "random_urdfs", "ycb", "training", "validation", "blocks", "unseen_urdfs", or the
-            path of a folder of meshes (see `folder_objects`). For a folder with the name of a library, give a path such as
-            "./ycb".
+            path of a folder of meshes (see `folder_objects`). For a folder with the name of a library, give a path such
+            as "./ycb".
 
     Raises:
         ObjectError: if there is no such library or folder, or it has no usable mesh.

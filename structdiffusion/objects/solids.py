@@ -64,7 +64,9 @@ def shell(profile: Sequence[tuple[float, float]], thickness: float, sides: int =
 
 
 def sample_surface(hulls: Sequence[np.ndarray], count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Sample points and outward normals, both (count, 3) float32, uniformly on the outer surface of a union of hulls."""
+    """Sample points and outward normals, both (count, 3) float32, uniformly on the outer surface of a
+    union of hulls.
+    """
     solids = [ConvexHull(hull) for hull in hulls]
     triangles = np.concatenate([hull[solid.simplices] for hull, solid in zip(hulls, solids)])  # (T, 3, 3)
     normals = np.concatenate([solid.equations[:, :3] for solid in solids])  # (T, 3)

@@ -26,7 +26,8 @@ def anchor(
     spec: StructureSpec,
     fixed: Sequence[int],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Move structures so that the first of the fixed objects stays; whether the others can too is for the checks to tell.
+    """Move structures so that the first of the fixed objects stays; whether the others can too is for the checks to
+    tell.
 
     Where no rotation is asked for, every second structure is turned too, so that the object keeps its own rotation.
 

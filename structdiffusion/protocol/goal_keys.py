@@ -110,7 +110,9 @@ class Grouping:
     def checks(
         self, bodies: Sequence[PlacedBody], members: Sequence[int], part: StructurePart, table: Table
     ) -> list[Check]:
-        """Check that each value has one structure by itself, and that these are apart; the place holds for the whole."""
+        """Check that each value has one structure by itself, and that these are apart;
+        the place holds for the whole.
+        """
         assert part.group_by is not None and part.shape is not None
         structure = structure_named(part.shape)
         groups = self.groups([body.category for body in bodies], members, part.group_by)

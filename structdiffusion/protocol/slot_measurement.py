@@ -123,7 +123,9 @@ def evenness(values: Sequence[str], fits: Sequence[str]) -> float | None:
 
 
 def _entropy_of_even_draws(draws: int, values: int) -> float:
-    """Return the mean entropy, in nats, of the shares in `draws` independent draws of `values` equally likely values."""
+    """Return the mean entropy, in nats, of the shares in `draws` independent draws of `values`
+    equally likely values.
+    """
     often = np.arange(1, draws + 1)  # how often one of the values is drawn: binomial
     ways = [math.lgamma(draws + 1) - math.lgamma(n + 1) - math.lgamma(draws - n + 1) for n in often]
     chances = np.exp(np.array(ways) - often * math.log(values) + (draws - often) * math.log1p(-1 / values))

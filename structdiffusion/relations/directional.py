@@ -93,7 +93,9 @@ def gap_margins(gaps: np.ndarray, distance: float | None) -> np.ndarray:
 
 
 def places_at_gaps(figure: Figure, reference: Figure, angles: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-    """Return centroids (C, 2) of a figure in directions (C,), radians, from its reference at clear gaps (C,), metres."""
+    """Return centroids (C, 2) of a figure in directions (C,), radians, from its reference at clear gaps (C,),
+    metres.
+    """
     own, other = figure.outline - figure.centroid, reference.outline - reference.centroid
     own, other = (_counter_clockwise(outline) for outline in (own, other))
     directions = np.column_stack((np.cos(angles), np.sin(angles)))

@@ -72,7 +72,9 @@ class Cross(SpreadStructure):
         return draft_with_gap(self.name, spec, range(len(items)), outlines, offsets, turns, heading, gap)
 
     def check(self, bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
-        """Check both lines, their angle, the object at the crossing, the arms, size, and that all stand on the table."""
+        """Check both lines, their angle, the object at the crossing, the arms, size,
+        and that all stand on the table.
+        """
         checks = [count_check(bodies, self.name, self.least)]
         if len(bodies) < self.least:
             return checks

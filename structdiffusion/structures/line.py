@@ -171,7 +171,9 @@ class Line(Structure):
 
 
 def _axes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the direction (2,) of the least-squares line, and where points (N, 2) lie along and across it, (N,) each."""
+    """Return the direction (2,) of the least-squares line, and where points (N, 2) lie along and across it,
+    (N,) each.
+    """
     middle = points.mean(axis=0)
     direction = np.linalg.svd(points - middle)[2][0]
     return direction, (points - middle) @ direction, (points - middle) @ np.array([-direction[1], direction[0]])

@@ -214,7 +214,9 @@ def sides_of(inner: Sequence[int]) -> list[list[int]]:
 
 
 def between_corners(corners: np.ndarray, inner: Sequence[int]) -> np.ndarray:
-    """Return the corners (C, 2) of a polygon with a number of even places between neighbouring ones, in order: (N, 2)."""
+    """Return the corners (C, 2) of a polygon with a number of even places between neighbouring ones, in order:
+    (N, 2).
+    """
     places = []
     for number, count in enumerate(inner):
         start, end = corners[number], corners[(number + 1) % len(corners)]

@@ -64,7 +64,9 @@ class SpreadStructure(Structure):
 
 
 def spread_ratio(bodies: Sequence[PlacedBody]) -> float:
-    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear each other by 1 cm."""
+    """Return extent over tightest extent: the inverse of the factor at which the bodies would clear
+    each other by 1 cm.
+    """
     return _ratio([body.local_footprint for body in bodies], np.array([body.centroid for body in bodies]))
 
 

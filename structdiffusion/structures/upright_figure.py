@@ -272,7 +272,9 @@ def _shared_out(items: Sequence[LayoutItem], blocks: Blocks, number: int, rng: n
 
 
 def _level_groups(blocks: Blocks, bridging: Sequence[int]) -> list[list[int]]:
-    """Return the blocks, without those that bridge, in groups that should be level: each level of each standing part."""
+    """Return the blocks, without those that bridge, in groups that should be level:
+    each level of each standing part.
+    """
     carriers = supports_of(blocks)
     part = list(range(len(blocks)))
     for k, own in enumerate(carriers):

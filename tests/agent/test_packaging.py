@@ -59,7 +59,9 @@ def test_every_imported_package_is_a_dependency(project):
 
 @pytest.fixture(scope="module")
 def distributions(tmp_path_factory) -> Path:
-    """A wheel and a source distribution of the project without its data: what counts here is what goes beside the code."""
+    """A wheel and a source distribution of the project without its data:
+    what counts here is what goes beside the code.
+    """
     folder = tmp_path_factory.mktemp("project")
     for name in ("pyproject.toml", "README.md", "LICENSE", "THIRD_PARTY.md"):
         shutil.copy(ROOT / name, folder)

@@ -1,7 +1,8 @@
 """Outcomes of reading labelled texts, pinned row by row: `python -m tests.grounding.outcomes` writes them anew.
 
-A row of `outcomes/SET.tsv` is a status and a goal in words; the texts stand in the sets themselves. A change of the networks moves a few
-rows: the test allows some, and rates must hold all the same. Whoever writes them anew looks at the difference.
+A row of `outcomes/SET.tsv` is a status and a goal in words; the texts stand in the sets themselves. A change of the
+networks moves a few rows: the test allows some, and rates must hold all the same. Whoever writes them anew looks at the
+difference.
 """
 
 from __future__ import annotations

@@ -15,9 +15,9 @@ from tests.grounding.goal_in_words import goal_of_words
 class ScriptedReader:
     """Knows for each sentence, or for "GOAL SO FAR > sentence", what it means.
 
-    A meaning is a goal in words; "? GOAL | GOAL" asks which is meant; "! REASON" refuses, "! REASON ! GOAL" a goal that cannot
-    be had; "-" asks for nothing; "=" is the goal so far. What it was not told is refused. With a key "*", sentences without a
-    goal so far have that meaning only without one.
+    A meaning is a goal in words; "? GOAL | GOAL" asks which is meant; "! REASON" refuses, "! REASON ! GOAL" a goal that
+    cannot be had; "-" asks for nothing; "=" is the goal so far. What it was not told is refused. With a key "*",
+    sentences without a goal so far have that meaning only without one.
     """
 
     script: dict
@@ -34,12 +34,14 @@ class ScriptedReader:
         said = self.script.get(
             f"{before} > {text}", self.script.get(text) if not before.parts or "*" not in self.script else None
         )
-        common = {"parse": Parse(text, StructureSpec(), "scripted"), "spec": StructureSpec(), "viewpoint": self.viewpoint,
+        common = {"parse": Parse(text, StructureSpec(), "scripted"), "spec": StructureSpec(),
+                  "viewpoint": self.viewpoint,
                   "objects": None, "seconds": 0.0}  # fmt: skip
         if said is None:
             return Interpretation(status="refused", message=f"{text!r} was not understood", **common)
         if said in ("-", "="):
-            return Interpretation(status="refused", message="does not ask for an arrangement" if said == "-" else "that is already so",
+            return Interpretation(status="refused",
+                                  message="does not ask for an arrangement" if said == "-" else "that is already so",
                                   nothing=said == "-", unchanged=said == "=", **common)  # fmt: skip
         if said.startswith("!"):
             _, reason, *wish = (each.strip() for each in said.split("!"))

@@ -1,4 +1,6 @@
-"""Files are replaced completely or not at all, in the folder that was opened, and nothing of killed processes piles up."""
+"""Files are replaced completely or not at all, in the folder that was opened,
+and nothing of killed processes piles up.
+"""
 
 import fcntl
 import os

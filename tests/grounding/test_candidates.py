@@ -1,4 +1,6 @@
-"""Proposals of one goal are one; those that can be built are judged, with the slots that the parser reads as another candidate."""
+"""Proposals of one goal are one; those that can be built are judged,
+with the slots that the parser reads as another candidate.
+"""
 
 import numpy as np
 import pytest

@@ -14,7 +14,8 @@ from grounding.goals.parts import PartReference, RelationPart, StructurePart
 KINDS = {
     "few": {"block": 5}, "blocks": {"block": 12}, "cans": {"can": 10, "cup": 2, "banana": 1},
     "shop": {"can": 10, "box": 6, "bottle": 5, "bowl": 1},
-    "kids": {"cube": 10, "marker": 6, "star": 1, "heart": 1, "toy house": 1, "mug": 1}, "lab": {"vial": 8, "beaker": 4, "tube": 6},
+    "kids": {"cube": 10, "marker": 6, "star": 1, "heart": 1, "toy house": 1, "mug": 1},
+    "lab": {"vial": 8, "beaker": 4, "tube": 6},
 }  # fmt: skip
 ROWS = [
     line.split("\t")
@@ -52,7 +53,9 @@ def goal_of(label):
 
 
 def as_meant(goal, label):
-    """Return a goal with what the label leaves open as the label has it: which six of the blocks, which way it faces."""
+    """Return a goal with what the label leaves open as the label has it: which six of the blocks,
+    which way it faces.
+    """
     wanted = goal_of(label)
     if not goal.structures or not wanted.structures:
         return goal

@@ -12,7 +12,8 @@ from grounding.spec import StructureSpec
 from grounding.viewpoint import ViewpointError
 
 ROW_KEYS = {
-    "text", "goal", "spec", "status", "message", "question", "confidence", "evidence", "dropped", "parser", "prompt_sha256",
+    "text", "goal", "spec", "status", "message", "question", "confidence", "evidence", "dropped", "parser",
+    "prompt_sha256",
     "fallback", "viewpoint", "seconds", "suggestions",
 }  # fmt: skip
 

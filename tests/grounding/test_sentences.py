@@ -27,11 +27,13 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
         ),
         (
             refused(Proposal(None, 0.9, "nothing")),
-            ", pyramid, a figure such as a heart or a letter T, or a place); say what should go where, as 'put cup next to the bowl'",
+            ", pyramid, a figure such as a heart or a letter T, or a place); say what should go where, as 'put cup "
+            "next to the bowl'",
         ),
         (
             refused(Proposal(None, 0.9, "unclear"), goal=LINE),
-            "'do it' does not say clearly which objects or which place are meant; name them, or say 'a line of the four cans'",
+            "'do it' does not say clearly which objects or which place are meant; name them, or say 'a line of the "
+            "four cans'",
         ),
         (
             refused(Proposal(LINE, 0.3), goal=LINE, lost=("upside down",)),

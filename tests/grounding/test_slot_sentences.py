@@ -1,4 +1,6 @@
-"""The sentences of the default parser's further development, and those that were kept unseen, are read no worse than measured."""
+"""The sentences of the default parser's further development, and those that were kept unseen,
+are read no worse than measured.
+"""
 
 from importlib import resources
 

@@ -52,7 +52,8 @@ def test_another_shape_is_another_file(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("nouns = [\"spiral\", \"whorl\"]", "noun = [\"spiral\"]"), r"spiral.toml, \[words\]: unknown key 'noun'; legal keys: nouns,"),
+        (("nouns = [\"spiral\", \"whorl\"]", "noun = [\"spiral\"]"),
+         r"spiral.toml, \[words\]: unknown key 'noun'; legal keys: nouns,"),
         (("[\"gap\"]", "[\"gaps\"]"), "spiral.toml: keys cannot hold 'gaps'; legal values: order, gap,"),
         (("number = 13\n", ""), "spiral.toml: the key 'number' is missing"),
         (("number = 13", "number ="), "spiral.toml is not a TOML file"),

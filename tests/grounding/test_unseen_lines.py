@@ -1,4 +1,6 @@
-"""Instructions of people who knew the guide of labels alone: how many are read rightly, asked about and built otherwise."""
+"""Instructions of people who knew the guide of labels alone: how many are read rightly,
+asked about and built otherwise.
+"""
 
 from collections import Counter
 from pathlib import Path

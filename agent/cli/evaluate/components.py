@@ -128,8 +128,8 @@ def picks(
 ) -> None:
     """Measure how well the hand holds single objects.
 
-    Each object is taken from one side of the table to the other, turned, and let go. Objects for which there is no grasp
-    are left out before anything moves, and named.
+    Each object is taken from one side of the table to the other, turned, and let go. Objects for which there is no
+    grasp are left out before anything moves, and named.
 
     Example: structagent evaluate picks --objects training --picks 200 --hold friction
     """

@@ -45,8 +45,8 @@ def steering(
     """Measure what comes of what is said while the arm builds.
 
     60 sentences are each said once while the arm builds something else on a drawn table of YCB scans, after a drawn
-    number of placements or with an object in the hand: corrections, orders of work, questions, wait, stop, and what has to
-    be refused. What comes of each is compared with what a person expects by the next placement.
+    number of placements or with an object in the hand: corrections, orders of work, questions, wait, stop, and what has
+    to be refused. What comes of each is compared with what a person expects by the next placement.
 
     Example: structagent evaluate steering --half seen --out out/steering
     """

@@ -43,8 +43,8 @@ def print_steering(report: Mapping[str, Any], results: TextIO) -> None:
     if failed:
         print_table(listed, results, left=6)
     explanation = (
-        "right: read as expected, and built from the next safe point on; asked: a question where a change was expected; "
-        "late: after more than one placement; stands: what was wanted in the end, judged on the true objects"
+        "right: read as expected, and built from the next safe point on; asked: a question where a change was "
+        "expected; late: after more than one placement; stands: what was wanted in the end, judged on the true objects"
     )
     left_out = f"{report['left_out']} rows are left out: no table could be drawn" if report["left_out"] else ""
     print_footer(report, results, explanation, left_out)

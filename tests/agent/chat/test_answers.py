@@ -67,14 +67,16 @@ def known() -> Knowledge:
         ("how many cups are there", "There are 2 cups: cup 1 (red) and cup 2 (blue)."),
         ("how many red things do you see", "There are 2 objects: cup 1 (red) and box (red)."),
         ("how many boxes are there", "There is 1 box: box (red)."),
-        ("how many wooden cups are there", "I cannot tell what is “wooden”. There are 2 cups: cup 1 (red) and cup 2 (blue)."),
+        ("how many wooden cups are there", "I cannot tell what is “wooden”. There are 2 cups: cup 1 (red) and cup 2 "
+                                           "(blue)."),
         ("what colour is the box", "The box is red."),
         ("is the banana yellow or blue?", "Yes. The banana is yellow."),
         ("is the box blue?", "No. The box is red."),
         ("which one is the tallest", "The tallest is the box, 20 cm tall. Next is cup 1, 9 cm tall."),
         ("which cup is the tallest?", "The tallest is cup 1, 9 cm tall. Next is cup 2, 7 cm tall."),
         ("what is the flattest thing", "The flattest is the banana, 4 cm tall. Next is cup 2, 7 cm tall."),
-        ("which one is nearest to you", "The nearest is the banana, 38 cm from the arm. Next is cup 1, 39 cm from the arm."),
+        ("which one is nearest to you", "The nearest is the banana, 38 cm from the arm. Next is cup 1, 39 cm from the "
+                                        "arm."),
         ("how big is the box", "The box is about 20 cm tall and 16 by 10 cm across."),
         ("where is the circle", "Nothing that I built stands on the table. Say what to build."),
         ("why that one", "Nothing is proposed now, so there is no choice to explain. Say what to build."),

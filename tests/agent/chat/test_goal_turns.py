@@ -1,4 +1,6 @@
-"""Conversations about goals of several parts, with questions in between; proposals are made where they are the subject."""
+"""Conversations about goals of several parts, with questions in between;
+proposals are made where they are the subject.
+"""
 
 from dataclasses import replace
 

@@ -12,7 +12,9 @@ MIDDLE = np.array([0.5, 0.1, 0.0])
 
 @pytest.fixture
 def scene():
-    """A round vessel of which the camera saw the rim and one side, so that the mean of its points lies off its middle."""
+    """A round vessel of which the camera saw the rim and one side, so that the mean of its points
+    lies off its middle.
+    """
     angles = np.linspace(0, 2 * np.pi, 200, endpoint=False)
     rim = np.stack((0.04 * np.cos(angles), 0.04 * np.sin(angles), np.full(200, 0.1)), axis=1)
     side = np.concatenate([rim[:100] * (1, 1, share) for share in np.linspace(0, 1, 30)])

@@ -18,7 +18,8 @@ from tests.grounding.goal_in_words import goal_of_words
 
 TABLE = (0.18, 0.72, -0.45, 0.45)
 COLORS = {
-    "red": (200, 20, 20), "blue": (20, 40, 200), "yellow": (220, 200, 30), "white": (250, 250, 250), "orange": (240, 130, 20)
+    "red": (200, 20, 20), "blue": (20, 40, 200), "yellow": (220, 200, 30), "white": (250, 250, 250),
+    "orange": (240, 130, 20)
 }  # fmt: skip
 # name, noun, colour, (x, y), sides, z of its bottom
 THINGS = (
@@ -67,22 +68,25 @@ def known() -> Knowledge:
         ("is the bowl empty?", "Yes: nothing is on the bowl."),
         ("which things stand in front of the plate?", "In front of the plate: cup 1, 21 cm away."),
         ("what is next to the banana?", "Nothing stands next to the banana. The nearest is the bowl, 8 cm away."),
-        ("what stands left of the box?", "To the left of the box: cup 2, 23 cm away, the plate, 40 cm away, the orange, 47 cm away and cup 1, "
-                                      "58 cm away."),
-        ("is the orange on the plate", "Yes: the orange is on the plate, on the left, far from you: 60 cm ahead, 25 cm to the left."),
+        ("what stands left of the box?", "To the left of the box: cup 2, 23 cm away, the plate, 40 cm away, the "
+                                      "orange, 47 cm away and cup 1, 58 cm away."),
+        ("is the orange on the plate", "Yes: the orange is on the plate, on the left, far from you: 60 cm ahead, 25 cm "
+                                       "to the left."),
         ("is the banana left of the box?", "No: the banana is in front of the box, 16 cm away."),
         ("what is on the left?", "On the left: cup 1, the plate and the orange."),
         ("is the banana on the right", "Yes: the banana is on the right, near you: 32 cm ahead, 21 cm to the right."),
-        ("where is the thing on the plate", "The orange is on the plate, on the left, far from you: 60 cm ahead, 25 cm to the left."),
+        ("where is the thing on the plate", "The orange is on the plate, on the left, far from you: 60 cm ahead, 25 cm "
+                                            "to the left."),
         ("how many cups are on the plate", "No cups on the plate was seen."),
         ("how many things are on the right?", "There are 3 objects: box (red), banana (yellow) and bowl (red)."),
         ("is there a cup on the plate?", "No. No cup on the plate was seen."),
-        ("what is on the unicorn", "There is no unicorn on the table. There are: 2 cups, a box, a banana, a plate, an orange "
-                                   "and a bowl."),
-        ("how far is the banana from the box?", "Between the banana and the box there are 16 cm; their centers are 34 cm apart."),
+        ("what is on the unicorn", "There is no unicorn on the table. There are: 2 cups, a box, a banana, a plate, an "
+                                   "orange and a bowl."),
+        ("how far is the banana from the box?", "Between the banana and the box there are 16 cm; their centers are 34 "
+                                                "cm apart."),
         ("is the box taller than the banana?", "Yes: the box is 20 cm tall; the banana is 4 cm tall."),
-        ("is cup 1 smaller than cup 2", "No: cup 1 is about 9 cm tall and 8 by 8 cm across; cup 2 is about 7 cm tall and 8 by 8 "
-                                        "cm across."),
+        ("is cup 1 smaller than cup 2", "No: cup 1 is about 9 cm tall and 8 by 8 cm across; cup 2 is about 7 cm tall "
+                                        "and 8 by 8 cm across."),
         ("which is taller, the banana or the box?", "The box: the banana is 4 cm tall; the box is 20 cm tall."),
         ("which cup is taller?", "The taller is cup 1, 9 cm tall. Next is cup 2, 7 cm tall."),
         ("how tall is the tallest thing", "The tallest is the box, 20 cm tall. Next is cup 1, 9 cm tall."),
@@ -92,7 +96,8 @@ def known() -> Knowledge:
         ("is there a pentagon?", "Yes: I can build a pentagon."),
         ("is there a giraffe?", "No. There is no giraffe on the table."),
         ("do you know circles?", "Yes: I can build a circle."),
-        ("can you reach the banana?", "The arm may take the banana: it stands 38 cm from the arm, and nothing rules it out"),
+        ("can you reach the banana?", "The arm may take the banana: it stands 38 cm from the arm, and nothing rules it "
+                                      "out"),
         ("what have you built so far?", "Nothing that I built stands on the table."),
         ("what's left to do?", "Nothing is left to do: you have asked for nothing so far."),
     ],
@@ -143,8 +148,10 @@ def test_what_is_left_and_what_was_built(known):
         ("go back one step", "/undo"), ("oops, undo the last thing", "/undo"), ("take back the last move", "/undo"),
         ("can you try that again please", "/again"), ("show me something else", "/again"), ("another one", "/again"),
         ("Something else!", "/again"), ("next", "/again"), ("the next one please", "/again"), ("try again", "/again"),
-        ("a different arrangement", "/again"), ("can I see another?", "/again"), ("how about something different", "/again"),
-        ("show me other options", "/again"), ("not that one", "/again"), ("what else?", "/again"), ("another", "/again"),
+        ("a different arrangement", "/again"), ("can I see another?", "/again"),
+        ("how about something different", "/again"),
+        ("show me other options", "/again"), ("not that one", "/again"), ("what else?", "/again"),
+        ("another", "/again"),
         ("forget everything I said", "/clear"), ("clear all", "/clear"), ("finish the job", "/continue"),
         ("I am done", "/quit"),
     ],
@@ -160,7 +167,8 @@ def test_commands_in_a_strangers_words(line, name):
         "can you put the mug next to the bowl?", "would you mind stacking the cups?", "could the cups go in a circle?",
         "why don't you stack the boxes on the left", "the mug next to the bowl", "can the mug be on the plate",
         "what about the apple on the plate", "is it okay to put the mug in the bowl", "should the mug be on the plate",
-        "could the apple sit on the plate", "why is the mug not on the plate? put it there", "stop stacking, make a line",
+        "could the apple sit on the plate", "why is the mug not on the plate? put it there",
+        "stop stacking, make a line",
         "something else on the left", "next to the box", "put it next to the bowl", "another cup", "a second",
         "drop the circle", "leave the cups where they are", "forget the tower", "undo the circle and make a line",
     ],

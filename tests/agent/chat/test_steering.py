@@ -1,4 +1,6 @@
-"""What is said while the arm builds is read at once by the reader of all conversations, and counts from the next safe point."""
+"""What is said while the arm builds is read at once by the reader of all conversations,
+and counts from the next safe point.
+"""
 
 import numpy as np
 import pytest
@@ -16,7 +18,9 @@ LINE = "put the cups in a line on the right"
 
 @pytest.fixture
 def build(conversation, sent):
-    """Propose what is asked for, and build it while lines such as "@1 make it a circle" are said; return whether it stands."""
+    """Propose what is asked for, and build it while lines such as "@1 make it a circle" are said;
+    return whether it stands.
+    """
 
     def built(text, *lines):
         assert conversation.say(text)

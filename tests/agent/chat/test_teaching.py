@@ -12,9 +12,11 @@ from grounding.goals.parts import StructurePart
 
 
 @pytest.mark.parametrize(("line", "name"), [
-    ("call this a gate", "a gate"), ("Call it the city gate, please.", "the city gate"), ("let's call this structure a fort", "a fort"),
+    ("call this a gate", "a gate"), ("Call it the city gate, please.", "the city gate"),
+    ("let's call this structure a fort", "a fort"),
     ("remember this as my fort", "my fort"), ("this is called a roof", "a roof"), ("save that figure as roof", "roof"),
-    ("call object 3 a mug", None), ("this is a mess", None), ("what do you call this?", None), ("put the cups in a roof", None),
+    ("call object 3 a mug", None), ("this is a mess", None), ("what do you call this?", None),
+    ("put the cups in a roof", None),
 ])  # fmt: skip
 def test_names(line, name):
     assert name_taught(line) == name

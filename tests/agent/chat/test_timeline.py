@@ -1,4 +1,6 @@
-"""The timeline of a conversation: back to any turn with its goal, table, proposal and question, and branches beside each other."""
+"""The timeline of a conversation: back to any turn with its goal, table, proposal and question,
+and branches beside each other.
+"""
 
 import io
 import json

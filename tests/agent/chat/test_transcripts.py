@@ -43,7 +43,9 @@ is there a banana?
 
 
 def normalized(lines: list[str]) -> str:
-    """Without what depends on the machine: numbers with a point, how many columns they take, what a finger brushes by a hair."""
+    """Without what depends on the machine: numbers with a point, how many columns they take,
+    what a finger brushes by a hair.
+    """
     out = []
     for line in lines:
         line = line.rstrip()

@@ -38,7 +38,8 @@ def test_what_asks_for_no_structure_is_left_out_and_counted():
     assert (instruction.number, instruction.understood) == (7, True)
     assert instruction.parse.spec == instruction.ground_truth == StructureSpec("circle", x_position="left")
     assert instruction.embedding.shape == (384,)
-    # Parsed slots that are right make the same sentence as the true ones, other than the instruction; or the instruction is used.
+    # Parsed slots that are right make the same sentence as the true ones, other than the instruction; or the
+    # instruction is used.
     np.testing.assert_array_equal(instruction.embedding_parsed, instruction.embedding)
     ((as_said,), _) = read_instructions(list(enumerate(rows, start=7)), ReadingOptions(), as_said=True)
     np.testing.assert_array_equal(as_said.embedding_parsed, as_said.embedding)

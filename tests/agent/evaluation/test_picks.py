@@ -18,7 +18,8 @@ SLIPPED = PickFailed(0, "can", "across", 1, "it slipped out of the fingers")
 
 
 CHEST = assemble(
-    "chest", "chest", [box(0.2, 0.2, 0.0, 0.1)], density=300.0, friction=0.5, color=(0.5, 0.5, 0.5), source="procedural",
+    "chest", "chest", [box(0.2, 0.2, 0.0, 0.1)], density=300.0, friction=0.5, color=(0.5, 0.5, 0.5),
+    source="procedural",
     rng=np.random.default_rng(0),
 )  # fmt: skip
 

@@ -1,4 +1,6 @@
-"""The five slots of a language model are measured with the paper's prompt alone, those of the others as whole readings."""
+"""The five slots of a language model are measured with the paper's prompt alone,
+those of the others as whole readings.
+"""
 
 from agent.evaluation import slot_reading
 from agent.evaluation.parsing import measure_parsing

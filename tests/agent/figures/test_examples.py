@@ -55,7 +55,8 @@ def report(success=True, shape=None):
     goals = [{"name": names[0], "position": [0.32, 0.02, 0.05], "goal_from_initial": np.eye(4).tolist()},
              {"name": names[1], "position": [0.32, 0.02, 0.15], "goal_from_initial": lifted.tolist()}]  # fmt: skip
     return {
-        "schema_version": 7, "scene": {"objects": [seen(name, 0.1 * k) for k, name in enumerate(names)]}, "chosen": {"goals": goals},
+        "schema_version": 7, "scene": {"objects": [seen(name, 0.1 * k) for k, name in enumerate(names)]},
+        "chosen": {"goals": goals},
         "verdict": {"success": success, "detail": "" if success else "cup 2 fell"},
         "parse": {"goal": {"parts": [{"kind": "structure", "shape": shape, "objects": [0, 1]}]}},
     }  # fmt: skip

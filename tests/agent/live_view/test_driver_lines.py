@@ -145,8 +145,10 @@ class Talk:
     ("talk", "buttons"),
     [
         (Talk(), [("put the cups in a line", "put the cups in a line")]),
-        (Talk(rank=3, asked=True, can_undo=True), [("Build arrangement 3", "yes"), ("Show others", "/again"), ("No", "no")]),
-        (Talk(Question("shape", "Which?", ("circle", "line")), 3, True, True), [("circle", "1"), ("line", "2"), ("Drop the question", "/stop")]),
+        (Talk(rank=3, asked=True, can_undo=True), [("Build arrangement 3", "yes"), ("Show others", "/again"),
+                                                   ("No", "no")]),
+        (Talk(Question("shape", "Which?", ("circle", "line")), 3, True, True),
+         [("circle", "1"), ("line", "2"), ("Drop the question", "/stop")]),
         (Talk(can_undo=True, asked=True, built=True), [("Undo", "/undo")]),
         (Talk(can_undo=True, asked=True), [("Show others", "/again"), ("Undo", "/undo")]),
     ],

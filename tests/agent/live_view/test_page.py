@@ -157,7 +157,8 @@ def test_the_chat_is_shown_as_text_and_lines_are_sent(opened, view, screen, line
     assert page.value("document.getElementById('log').textContent.split('<script>').length") == 7
     screen.said("bigger")  # the next turn begins: the error is history
     page.wait(
-        "!document.querySelector('#log .red') && [...document.querySelectorAll('#log > p')].some(p => p.textContent === 'that cannot be built')"
+        "!document.querySelector('#log .red') && [...document.querySelectorAll('#log > p')].some(p => p.textContent "
+        "=== 'that cannot be built')"
     )
     screen.complain("that cannot be built either")
     page.wait("document.querySelectorAll('#log .red').length === 1")

@@ -30,9 +30,11 @@ def answered(server, request: bytes) -> tuple[int, dict[str, str], bytes]:
 @pytest.mark.parametrize(
     "target",
     [
-        b"//[", b"/[", b"//[::1", b"/]", b"/%", b"/%zz", b"/%4", b"/?token=%", b"/?a=%g1", b"/#part", b"/a b", b"/\\", b"/|",
+        b"//[", b"/[", b"//[::1", b"/]", b"/%", b"/%zz", b"/%4", b"/?token=%", b"/?a=%g1", b"/#part", b"/a b", b"/\\",
+        b"/|",
         b"/^", b"/`", b"/{}", b'/"', b"/<>", b"/\xc3\xa9", b"/\xff", b"/\x00", b"/\x07", b"*", b"", b"?", b"index.html",
-        b"http://localhost/", b"http://[", b"https://evil.example/", b"file:///etc/passwd", b"localhost:80", b"/?[", b"/?\t",
+        b"http://localhost/", b"http://[", b"https://evil.example/", b"file:///etc/passwd", b"localhost:80", b"/?[",
+        b"/?\t",
     ],
 )  # fmt: skip
 def test_a_malformed_address_is_a_bad_request(watched, target):
@@ -61,7 +63,8 @@ def test_head_has_the_headers_of_get_and_no_body(watched, path):
     ("head", "status"),
     [
         (b"", 400), (b"hello", 400), (b"GET /", 400), (b"GET / HTTP/1.1 x", 400), (b"GET  / HTTP/1.1", 400),
-        (b"\x16\x03\x01\x02\x00\x01", 400), (b"GET / HTTP/2.0", 505), (b"GET / HTTP/0.9", 505), (b"GET / ICAP/1.0", 400),
+        (b"\x16\x03\x01\x02\x00\x01", 400), (b"GET / HTTP/2.0", 505), (b"GET / HTTP/0.9", 505),
+        (b"GET / ICAP/1.0", 400),
         (b"GET / HTTP/1.1", 400), (b"GET / HTTP/1.0", 421), (b"GET / HTTP/1.1\r\nHost: localhost", 200),
         (b"GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost", 400), (b"GET / HTTP/1.1\r\nHost: [", 400),
         (b"GET / HTTP/1.1\r\nHost: localhost:99999", 400), (b"GET / HTTP/1.1\r\nHost: a b", 400),
@@ -93,7 +96,9 @@ def test_a_head_may_come_byte_by_byte(watched):
 
 
 def test_only_so_many_connections_are_taken(watched):
-    """Clients that say nothing take the places; one more is told so, and the server is there again when they have left."""
+    """Clients that say nothing take the places; one more is told so,
+    and the server is there again when they have left.
+    """
     address = ("127.0.0.1", watched.access.port)
     silent = [socket.create_connection(address, timeout=30) for _ in range(MOST_CONNECTIONS)]
     try:

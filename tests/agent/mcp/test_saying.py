@@ -1,4 +1,6 @@
-"""The tool say reaches the build that is under way: read at once, built from the next safe point on, approved by a person."""
+"""The tool say reaches the build that is under way: read at once, built from the next safe point on,
+approved by a person.
+"""
 
 import anyio
 import pytest
@@ -14,7 +16,9 @@ LINE = "put the cups in a line on the right"
 
 
 async def building(client, text, *said):
-    """Build a plan for a text, and call say when the first object is in the hand; return its results, and the build's."""
+    """Build a plan for a text, and call say when the first object is in the hand; return its results,
+    and the build's.
+    """
     plan_id = await plan(client, text)
     holding, results = anyio.Event(), {}
 

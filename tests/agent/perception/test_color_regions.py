@@ -56,7 +56,9 @@ def can(x, y, z, radius, height, color):
 
 
 def seen(*parts):
-    """Return what the camera sees of some surfaces: positions, colours (V, 3) uint8 in light and shade, and part (V,)."""
+    """Return what the camera sees of some surfaces: positions, colours (V, 3) uint8 in light and shade,
+    and part (V,).
+    """
     places, ways, colors = (np.vstack(each) for each in zip(*parts, strict=True))
     number = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
     sight = places - EYE
@@ -114,7 +116,8 @@ def cup(x, outside, inside):
 ONE_THING = {
     "a cup with a coloured inside": cup(0, WHITE, BLUE),
     "a bottle with a cap": [
-        wall_of_can(0, 0, 0, 0.035, 0.12, GREEN), *(disc(0, 0, 0.12 + 2 * k * 0.004, 0.035 - k * 0.004, GREEN) for k in range(6)),
+        wall_of_can(0, 0, 0, 0.035, 0.12, GREEN), *(disc(0, 0, 0.12 + 2 * k * 0.004, 0.035 - k * 0.004,
+                                                         GREEN) for k in range(6)),
         can(0, 0, 0.16, 0.015, 0.03, RED),
     ],
     "a jar with a lid": [can(0, 0, 0, 0.04, 0.08, WHITE), can(0, 0, 0.08, 0.04, 0.012, RED)],
@@ -128,7 +131,8 @@ ONE_THING = {
         can(0, 0, 0, 0.035, 0.03, WHITE), can(0, 0, 0.03, 0.035, 0.05, RED), can(0, 0, 0.08, 0.035, 0.02, WHITE),
     ],
     "a box with a stripe around it": [
-        box(0, 0, 0, 0.1, 0.1, 0.04, BLUE), box(0, 0, 0.04, 0.1, 0.1, 0.02, YELLOW), box(0, 0, 0.06, 0.1, 0.1, 0.04, BLUE),
+        box(0, 0, 0, 0.1, 0.1, 0.04, BLUE), box(0, 0, 0.04, 0.1, 0.1, 0.02, YELLOW),
+        box(0, 0, 0.06, 0.1, 0.1, 0.04, BLUE),
     ],
 }  # fmt: skip
 

@@ -1,4 +1,6 @@
-"""Runs whose instruction tells objects apart by colour or size, and runs in which not all that was asked for takes part."""
+"""Runs whose instruction tells objects apart by colour or size, and runs in which not all that was
+asked for takes part.
+"""
 
 from pathlib import Path
 

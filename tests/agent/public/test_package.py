@@ -115,9 +115,12 @@ def test_examples_are_short():
 @pytest.mark.parametrize(
     ("name", "arguments", "code", "expected"),
     [
-        ("propose_from_clouds", ["--count", "8"], 0, ("understood: shape circle, size small", "cup 1  at x", "bowl   at x 0.58, y 0.30 stays")),
-        ("run_recording", ["--model", "geometric"], 0, ("object 1: ", "seen: object 1, object 2", "tried in physics", "it stands")),
-        ("compare_planners", ["--scenes", "1", "--count", "4", "--structures", "line"], 0, ("geometric", "1 of 1", "structagent evaluate success")),
+        ("propose_from_clouds", ["--count", "8"], 0,
+         ("understood: shape circle, size small", "cup 1  at x", "bowl   at x 0.58, y 0.30 stays")),
+        ("run_recording", ["--model", "geometric"], 0,
+         ("object 1: ", "seen: object 1, object 2", "tried in physics", "it stands")),
+        ("compare_planners", ["--scenes", "1", "--count", "4", "--structures", "line"], 0,
+         ("geometric", "1 of 1", "structagent evaluate success")),
     ],
 )  # fmt: skip
 def test_examples_run(name, arguments, code, expected, tmp_path):

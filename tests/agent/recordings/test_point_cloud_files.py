@@ -45,7 +45,8 @@ def test_padding_repeated_and_unknown_fields_are_skipped(tmp_path, points, color
     x, y, z = axes(points, kind)
     columns = [
         padding("u1", 3), x, y, padding("u1", 4), ("label", "u4", np.arange(COUNT)),
-        ("label", "u1", np.ones((COUNT, 16))), z, ("x", "f4", np.full(COUNT, 9.0)), ("vfh", "f4", np.ones((COUNT, 30))), ("rgb", "u4", packed(colors)),
+        ("label", "u1", np.ones((COUNT, 16))), z, ("x", "f4", np.full(COUNT, 9.0)), ("vfh", "f4", np.ones((COUNT, 30))),
+        ("rgb", "u4", packed(colors)),
         ("t", "i8", np.arange(COUNT)), padding("u1", 12),
     ]  # fmt: skip
     found, color, notes = read_cloud(written(tmp_path / "a.pcd", pcd_bytes(columns, encoding)))

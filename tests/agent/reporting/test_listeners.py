@@ -35,7 +35,8 @@ from agent.reporting.session_reader import Session
 from agent.reporting.terminal_report import TerminalReport
 
 KEYS = {
-    "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "proposals", "chosen", "arm", "turn",
+    "schema_version", "version", "instruction", "options", "outcome", "parse", "scene", "proposals", "chosen", "arm",
+    "turn",
     "verdict", "seconds", "pictures", "remarks", "tried",
 }  # fmt: skip
 

@@ -1,4 +1,6 @@
-"""An object has one name, one mark and one way of telling its place, in the chat, the terminal, the report and its page."""
+"""An object has one name, one mark and one way of telling its place, in the chat, the terminal,
+the report and its page.
+"""
 
 import io
 import re

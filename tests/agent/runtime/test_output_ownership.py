@@ -106,7 +106,8 @@ def test_what_a_manifest_may_not_name(tmp_path):
         path.write_text("kept")
     (folder / "link").symlink_to(outside / "mine")
     (folder / "linked").symlink_to(outside)
-    names = ["../outside/mine", str(outside / "mine"), "sub/mine", "sub", "link", "linked", "linked/mine", "..", ".", "",
+    names = ["../outside/mine", str(outside / "mine"), "sub/mine", "sub", "link", "linked", "linked/mine", "..", ".",
+             "",
              "own", "gone", "a\0b", 7, None, MARKER]  # fmt: skip
     (folder / MARKER).write_text(json.dumps({"marker_version": 1, "kind": "run", "files": names}))
     assert listed_in(folder) == {"own"}

@@ -466,5 +466,8 @@ def test_legal_values_are_those_of_the_flags(configured):
 
 
 def test_nothing_heavy_is_needed():
-    program = "import sys; sys.modules.update(typer=None, numpy=None); from agent.runtime import configuration; configuration.load()"
+    program = (
+        "import sys; sys.modules.update(typer=None, numpy=None); from agent.runtime import configuration; "
+        "configuration.load()"
+    )
     subprocess.run([sys.executable, "-c", program], cwd=Path(cli.__file__).parents[2], check=True)

@@ -13,8 +13,8 @@ NAMED = [
     ("what colour is the mug", "color"), ("which one is the tallest", "extreme"), ("why that one", "why"),
     ("why did you choose this", "why"), ("what did you just do", "done"), ("what are you going to do", "next"),
 ]  # fmt: skip
-# Written before the wordings were, and not looked at until these were done: 76 of these and the instructions below, of 77,
-# came out right at once (all but “what number of boxes are we dealing with”).
+# Written before the wordings were, and not looked at until these were done: 76 of these and the instructions below, of
+# 77, came out right at once (all but “what number of boxes are we dealing with”).
 UNSEEN = [
     ("hiya", "greeting"),
     ("Hey robot!", "greeting"),

@@ -1,11 +1,12 @@
 """Conversations of two to four turns about goals: what stands after each turn, or that a question or a refusal comes.
 
-`goal_dialogues.jsonl` has two pairs of sets. The first: 40 dialogues with which corrections were developed, and 20 that were
-read for the first time when that was done (then 10 of the 20 came out right in every turn). The second, of another day: 25 that
-were mended (12 right at first), and 16 that were read for the first time after that (then 7 right). "unseen c" and
-"unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a third, "unseen g" are 40
-longer ones of a fourth, "unseen h" are 60 of a fifth, of three to six turns,
-and "unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. A dialogue ends at its first turn that goes wrong.
+`goal_dialogues.jsonl` has two pairs of sets. The first: 40 dialogues with which corrections were developed, and 20 that
+were read for the first time when that was done (then 10 of the 20 came out right in every turn). The second, of another
+day: 25 that were mended (12 right at first), and 16 that were read for the first time after that (then 7 right).
+"unseen c" and "unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a
+third, "unseen g" are 40 longer ones of a fourth, "unseen h" are 60 of a fifth, of three to six turns,
+and "unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. A dialogue ends at its first turn
+that goes wrong.
 """
 
 from __future__ import annotations
@@ -77,7 +78,8 @@ def _resolved(goal, count):
 # Of each set how many came out right in every turn, right after questions that were answered, and otherwise built.
 RATES = [
     ("development", 24, 30, 4), ("unseen", 12, 14, 2), ("development b", 14, 18, 4), ("unseen b", 11, 13, 3),
-    ("unseen c", 23, 27, 2), ("unseen d", 22, 35, 4), ("unseen e", 20, 23, 6), ("unseen g", 22, 33, 3), ("unseen h", 38, 48, 3),
+    ("unseen c", 23, 27, 2), ("unseen d", 22, 35, 4), ("unseen e", 20, 23, 6), ("unseen g", 22, 33, 3),
+    ("unseen h", 38, 48, 3),
     ("unseen i", 22, 33, 4), ("unseen j", 62, 86, 11),
 ]  # fmt: skip
 
@@ -87,7 +89,8 @@ def test_dialogues(interpreter, name, least, answered, wrong):
     found = [outcome(interpreter, each) for each in DIALOGUES if each["set"] == name]
     counts = {
         "of": len(found), "right": sum(right and not answers for right, answers, _ in found),
-        "with answers": sum(right for right, _, _ in found), "built otherwise": sum(built and not answers for _, answers, built in found),
+        "with answers": sum(right for right, _, _ in found),
+        "built otherwise": sum(built and not answers for _, answers, built in found),
     }  # fmt: skip
     print(name, counts)
     assert counts["right"] >= least and counts["with answers"] >= answered and counts["built otherwise"] <= wrong, (
@@ -97,8 +100,10 @@ def test_dialogues(interpreter, name, least, answered, wrong):
 
 SALAD = [
     ("bigger flurb gronk", "gronk"), ("make it gorp bigger", "gorp"), ("a bit to the left of the moon", "moon"),
-    ("on the left with feelings", "feelings"), ("now a circle of doom", "doom"), ("left gronk", "gronk"), ("gronk the left", "gronk"),
-    ("smaller purple", "purple"), ("bigger, and dance", "dance"), ("add the gronk", "gronk"), ("wobble the gorp quickly", "gorp"),
+    ("on the left with feelings", "feelings"), ("now a circle of doom", "doom"), ("left gronk", "gronk"),
+    ("gronk the left", "gronk"),
+    ("smaller purple", "purple"), ("bigger, and dance", "dance"), ("add the gronk", "gronk"),
+    ("wobble the gorp quickly", "gorp"),
 ]  # fmt: skip
 PASSED_OVER = {"on the left with feelings", "now a circle of doom", "bigger, and dance"}
 UNSEEN = pytest.mark.xfail(reason="the verifier does not see it yet", strict=False)

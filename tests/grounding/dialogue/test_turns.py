@@ -44,7 +44,8 @@ def test_what_is_replaced_is_said():
 
 @pytest.mark.parametrize(
     ("answered", "then"),
-    [("1", BOTH), ("2", "line of 0, 1, 2"), ("the first", BOTH), ("the second one", "line of 0, 1, 2"), ("the last", "line of 0, 1, 2"),
+    [("1", BOTH), ("2", "line of 0, 1, 2"), ("the first", BOTH), ("the second one", "line of 0, 1, 2"),
+     ("the last", "line of 0, 1, 2"),
      ("the line please", "line of 0, 1, 2"), ("the tower", BOTH), ("either", BOTH), ("the cups", BOTH)],
 )  # fmt: skip
 def test_a_question_is_answered(answered, then):

@@ -1,11 +1,12 @@
-"""Single corrections by writers whose rows neither rules nor networks were made with: how many are read, asked, built wrongly.
+"""Single corrections by writers whose rows neither rules nor networks were made with: how many are read, asked, built
+wrongly.
 
 The form of `unseen_corrections.tsv` (writer 1) and `unseen_corrections_b.tsv` (writer 3) is that of
-`grounding/language/goal_corrections.tsv.xz`. Nobody opens them; rates only. Writer 4 labelled 130 before any was read: with
-`seen_corrections_d.tsv` corrections were developed, `unseen_corrections_d.tsv` is read by nobody. Writer 5
-(`unseen_corrections_e.tsv`) and writer 6 (`unseen_corrections_f.tsv`) wrote what people would naturally type; labels that
-are equally fair are divided by "||". Writers 7 and 8 (`unseen_corrections_g.tsv`, `unseen_corrections_h.tsv`) spoke as ten and twelve people, and mixed
-remarks in.
+`grounding/language/goal_corrections.tsv.xz`. Nobody opens them; rates only. Writer 4 labelled 130 before any was read:
+with `seen_corrections_d.tsv` corrections were developed, `unseen_corrections_d.tsv` is read by nobody. Writer 5
+(`unseen_corrections_e.tsv`) and writer 6 (`unseen_corrections_f.tsv`) wrote what people would naturally type; labels
+that are equally fair are divided by "||". Writers 7 and 8 (`unseen_corrections_g.tsv`, `unseen_corrections_h.tsv`)
+spoke as ten and twelve people, and mixed remarks in.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ def rows_of(file):
 
 
 def outcome(interpreter, row):
-    """Return whether a correction is "right", "offered" among the answers of a question, "wrong", "asked" or "refused"."""
+    """Return whether a correction is "right", "offered" among the answers of a question, "wrong",
+    "asked" or "refused".
+    """
     objects = goal_scenes()[row.scene]
     before = goal_of(row.before, len(objects))
     labels = (label.strip(" .") for label in row.after.split("||"))
@@ -50,8 +53,8 @@ def outcome(interpreter, row):
     return "offered" if any(map(right, state.choices)) else "asked"
 
 
-# Of each file: its rows with a goal and without one; of those at least so many right, and so many right or offered; at most
-# so many built otherwise; and at most so many of the others built.
+# Of each file: its rows with a goal and without one; of those at least so many right, and so many right or offered; at
+# most so many built otherwise; and at most so many of the others built.
 RATES = [
     ("unseen_corrections.tsv", (217, 72), 127, 171, 10, 2),
     ("unseen_corrections_b.tsv", (194, 74), 137, 166, 8, 4),

@@ -60,7 +60,8 @@ SIDES = [
     (MOVED, "the other side", "3 moved right by 10 cm"),
     ("line of 0, 1, 2, along left", "the other side", "line of 0, 1, 2, along right"),
     ("0 on 3", "the other way round", "3 on 0"),
-    ("line of 0, 1, 2, order by height ascending from left", "the other way round", "line of 0, 1, 2, order by height ascending from right"),
+    ("line of 0, 1, 2, order by height ascending from left", "the other way round",
+     "line of 0, 1, 2, order by height ascending from right"),
     ("tower of 2, 0, 1, order by listed", "reverse it", "tower of 1, 0, 2, order by listed"),
 ]  # fmt: skip
 TURNS = [
@@ -77,7 +78,8 @@ EXCHANGES = [
     ("0 on 3", "swap them", "3 on 0"),
     ("3 left of 0; 4 right of 0", "swap the red cup and the yellow cup", "4 left of 0; 3 right of 0"),
     ("3 left of 0; 4 right of 0", "swap the cups", "4 left of 0; 3 right of 0"),
-    ("line of 0, 1, 2, order by listed from left", "swap the red can and the blue can", "line of 1, 0, 2, order by listed from left"),
+    ("line of 0, 1, 2, order by listed from left", "swap the red can and the blue can",
+     "line of 1, 0, 2, order by listed from left"),
     ("tower of 3, 4", "swap the cups", "tower of 4, 3, order by listed from bottom"),
 ]  # fmt: skip
 
@@ -113,7 +115,8 @@ def test_what_cannot_be_done_is_said_with_what_to_say_instead(goal, said, words)
 
 @pytest.mark.parametrize(
     "said",
-    ["make it purple", "add the white cup, 5 cm", "three more cups", "put the blue can on the left", "bigger and dance", "wobble it 5 cm",
+    ["make it purple", "add the white cup, 5 cm", "three more cups", "put the blue can on the left", "bigger and dance",
+     "wobble it 5 cm",
      "what is 5 cm more?!x", "a circle instead", "only half of the cans", "forget it", ""],
 )  # fmt: skip
 def test_other_sentences_are_left_alone(said):
@@ -124,7 +127,8 @@ def test_other_sentences_are_left_alone(said):
 def test_several_parts_that_may_be_meant_are_whole_goals():
     found = edited(goal_of_words(f"{LINE}; {MOVED}"), "2 cm more", TABLE)
     assert [str(one) for one in found.goals] == [
-        f"line of 0, 1, 2, gap 7 cm; {MOVED}", f"{LINE}; 3 moved left by 12 cm", "line of 0, 1, 2, gap 7 cm; 3 moved left by 12 cm",
+        f"line of 0, 1, 2, gap 7 cm; {MOVED}", f"{LINE}; 3 moved left by 12 cm",
+        "line of 0, 1, 2, gap 7 cm; 3 moved left by 12 cm",
     ]  # fmt: skip
     assert found.changed == ((0,), (1,), (0, 1))
     assert [str(one) for one in edited(goal_of_words(f"{LINE}; {MOVED}"), "2 cm more", TABLE, fresh=[1]).goals] == [

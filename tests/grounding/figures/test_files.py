@@ -1,4 +1,6 @@
-"""A figure's file is read as it was written, and what is wrong in one is said with the file, the key and what is legal."""
+"""A figure's file is read as it was written, and what is wrong in one is said with the file,
+the key and what is legal.
+"""
 
 import pytest
 

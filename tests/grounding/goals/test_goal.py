@@ -34,7 +34,8 @@ def random_structure(rng: random.Random, objects: tuple[int, ...]) -> StructureP
     }
     starts = ("bottom", "top") if shape == "tower" else ("left", "right", "near", "far")
     keys = {
-        "order": Order(rng.choice(("height", "listed")), rng.choice(("ascending", "descending", None)), rng.choice((*starts, None))),
+        "order": Order(rng.choice(("height", "listed")), rng.choice(("ascending", "descending", None)),
+                       rng.choice((*starts, None))),
         "gap": rng.choice((0.0, 0.05)), "radius": 0.15, "length": 0.4, "rows": 2, "columns": 3, "around": (99,),
         "along": rng.choice(EDGES), "group_by": "colour",
     }  # fmt: skip
@@ -135,7 +136,8 @@ def test_the_rest_is_what_no_part_names() -> None:
         ([LINE | {"objects": [1, 1]}], "names an object twice"),
         ([LINE | {"objects": [-1]}], "objects cannot be"),
         ([LINE | {"objects": []}], "objects cannot be"),
-        ([LINE | {"order": {"by": "colour"}}], "order.by cannot be 'colour'; legal values: height, width, volume, listed"),
+        ([LINE | {"order": {"by": "colour"}}], "order.by cannot be 'colour'; legal values: height, width, volume, "
+                                               "listed"),
         ([LINE | {"order": {"by": "height", "from": "bottom"}}], "legal values: left, right, near, far, null"),
         ([LINE, LINE], "object 2 is in parts 0 and 1"),
         ([{"kind": "structure", "shape": "line"}, {"kind": "structure", "shape": "circle"}], "both take all objects"),
@@ -147,7 +149,8 @@ def test_the_rest_is_what_no_part_names() -> None:
         ([BOWL | {"relation": "between"}], "reference must name 2 objects, not 1"),
         ([BOWL | {"relation": "on", "distance": 0.1}], "takes no distance; those that do"),
         ([{"kind": "relation", "relation": "at", "objects": [1]}], "needs x_position or y_position"),
-        ([{"kind": "relation", "relation": "moved", "objects": [1], "distance": 0.1}], "needs a direction and a distance"),
+        ([{"kind": "relation", "relation": "moved", "objects": [1], "distance": 0.1}],
+         "needs a direction and a distance"),
         ([{"kind": "relation", "relation": "swapped", "objects": [1]}], "must name 2 objects"),
         ([{"kind": "relation"}], "part 0: "),
         (["line"], "part 0 is a JSON object"),

@@ -44,8 +44,10 @@ def test_a_goal_without_what_it_does_to_some_objects(goal, taken, left):
 @pytest.mark.parametrize(
     ("before", "said", "left"),
     [
-        ("line of 0, 1, 2; circle of 3, 4, 5, 6", "line of 0, 1, 2, 6; circle of 3, 4, 5, 6", "line of 0, 1, 2, 6; circle of 3, 4, 5"),
-        ("line of 0, 1, 2; circle of 3, 4, 5, 6", "tower of 0, 7; line of 0, 1, 2; circle of 3, 4, 5, 6", "tower of 0, 7; line of 1, 2; circle of 3, 4, 5, 6"),
+        ("line of 0, 1, 2; circle of 3, 4, 5, 6", "line of 0, 1, 2, 6; circle of 3, 4, 5, 6",
+         "line of 0, 1, 2, 6; circle of 3, 4, 5"),
+        ("line of 0, 1, 2; circle of 3, 4, 5, 6", "tower of 0, 7; line of 0, 1, 2; circle of 3, 4, 5, 6",
+         "tower of 0, 7; line of 1, 2; circle of 3, 4, 5, 6"),
         ("line of 0, 1; circle of 3, 4, 5", "circle of 3, 4, 5; line of 0, 1, 3, 5", "circle of 4; line of 0, 1, 3, 5"),
         ("line of 0, 1", "line of 0, 1; 1 on 4", "line of 0, 1; 1 on 4"),
     ],

@@ -32,8 +32,10 @@ def test_figures(text, names):
 
 @pytest.mark.parametrize("text", [
     "I want a line", "A line of cups", "crown the stack with the white cup", "put the star left of the heart",
-    "the bridge block on the left", "make a 5 cm gap", "a 3 by 3 grid", "a half moon of cups", "both mugs plus the bowl in a line",
-    "a plus sign of the blocks", "write with the blocks", "not a word about it", "cup B on the left", "put the toy house there",
+    "the bridge block on the left", "make a 5 cm gap", "a 3 by 3 grid", "a half moon of cups",
+    "both mugs plus the bowl in a line",
+    "a plus sign of the blocks", "write with the blocks", "not a word about it", "cup B on the left",
+    "put the toy house there",
     "in the middle of table", "object number 7 on the left",
 ])  # fmt: skip
 def test_other_words(text):

@@ -27,7 +27,8 @@ SCENES = {
         "011_banana", "013_apple", "052_extra_large_clamp", "051_large_clamp", "072-a_toy_airplane", "065-a_cups",
     ],
     "described": ["object 1, green, flat", "object 2, red, tall", "object 3, red, flat", "cup 4, blue"],
-    "study": ["pen", "stapler", "toy car", "teddy bear", "wine glass", "coffee mug", "ruler", "pencil", "book", "onion"],
+    "study": ["pen", "stapler", "toy car", "teddy bear", "wine glass", "coffee mug", "ruler", "pencil", "book",
+              "onion"],
     "numbered": ["cup 1", "cup 2", "cup 3", "bowl"],
     "gears": ["gearbox", "mug", "Gear_Box 2", "box"],
     "solids": ["cube", "cube 2", "moon", "star"],
@@ -103,11 +104,15 @@ def test_a_phrase_means_its_objects(scene, phrase, indices):
 @pytest.mark.parametrize(
     ("scene", "phrase", "indices", "question"),
     [
-        ("cups", "the green cup", (1, 2), "'the green cup' can be each of 2 objects: cup 2 (green); cup 3 (green); which one?"),
-        ("cups", "the shortest cup", (0, 1), "'the shortest cup' can be each of 2 objects: cup 1 (red); cup 2 (green); which one?"),
-        ("cups", "the mugs", (0, 1, 2), "there is no mug here; does 'the mugs' mean: cup 1 (red); cup 2 (green); cup 3 (green)?"),
+        ("cups", "the green cup", (1, 2), "'the green cup' can be each of 2 objects: cup 2 (green); cup 3 (green); "
+                                          "which one?"),
+        ("cups", "the shortest cup", (0, 1), "'the shortest cup' can be each of 2 objects: cup 1 (red); cup 2 (green); "
+                                             "which one?"),
+        ("cups", "the mugs", (0, 1, 2), "there is no mug here; does 'the mugs' mean: cup 1 (red); cup 2 (green); cup 3 "
+                                        "(green)?"),
         ("desk", "the cup", (0,), "there is no cup here; does 'the cup' mean: mug (black)?"),
-        ("cups", "the bowl next to the can", (3, 4), "'the can' can be each of 2 objects: can 1 (blue); can 2 (red); which one?"),
+        ("cups", "the bowl next to the can", (3, 4),
+         "'the can' can be each of 2 objects: can 1 (blue); can 2 (red); which one?"),
     ],
 )  # fmt: skip
 def test_a_doubt_is_a_question_of_just_these_objects(scene, phrase, indices, question):

@@ -26,7 +26,9 @@ def test_the_stored_embeddings_are_those_of_the_encoder(encoder):
 
 
 def test_nearly_all_known_nouns_are_stored():
-    """Else a sentence with an unknown noun takes long: `python -m grounding.training.noun_embeddings` stores the rest."""
+    """Else a sentence with an unknown noun takes long: `python -m grounding.training.noun_embeddings`
+    stores the rest.
+    """
     assert len(set(KNOWN_NOUNS) - set(stored_embeddings()[1])) <= len(KNOWN_NOUNS) // 10
 
 

@@ -21,7 +21,8 @@ ROWS = [
         "kitchen", "kettle left, pan right, teapot between the two",
         "place of kettle {0}, at left; place of pan {1}, at right; place of teapot {2}, between the two {0,1}.",
     ),
-    ("toys", "Ducky goes on the left and the car goes behind him.", "place of Ducky {5}, at left; place of the car {2}, behind him {5}."),
+    ("toys", "Ducky goes on the left and the car goes behind him.",
+     "place of Ducky {5}, at left; place of the car {2}, behind him {5}."),
     (
         "tea party", "Teapot, spoon behind it, green cup left of it.",
         "place of spoon {6}, behind it {0}; place of green cup {3}, left of it {0}.",
@@ -32,7 +33,8 @@ ROWS = [
         "circle of three cubes {0,1,2} + two cylinders {3,4}, radius 9 cm.",
     ),
     (
-        "cans and cups", "Three cans, one stack. Next to the stack the red cup, and in front of it the other three as a row.",
+        "cans and cups", "Three cans, one stack. Next to the stack the red cup, and in front of it the other three as "
+                         "a row.",
         "tower of Three cans {0,1,2}; place of the red cup {3}, next to structure 1; line of the other three {4,5,6}; "
         "place of structure 2, in front of it {3}.",
     ),

@@ -76,7 +76,8 @@ def test_another_order_is_written_in_that_order():
 
 def test_one_of_several_alike_has_a_phrase_of_its_own():
     rendition, label = rewritten(GoalCorrection(
-        "tea party", "place of the green cup {3}, on the green saucer {5}; place of a white cup {1}, on the white saucer {4}.",
+        "tea party", "place of the green cup {3}, on the green saucer {5}; place of a white cup {1}, on the white "
+                     "saucer {4}.",
         "no green cup", "place of a white cup {1}, on the white saucer {4}.",
     ))  # fmt: skip
     assert label == "place of cup 1, on the white saucer"

@@ -10,7 +10,8 @@ from grounding.training.joined_instructions import JoinedInstructions
 
 CANS = GoalLine("single", "cans and cups", "Stack the cans.", "tower of the cans {0,1,2}.")
 CUPS = GoalLine(
-    "structure and relation", "cans and cups", "circle of red cup, white cup and yellow cup, blue cup behind the circle",
+    "structure and relation", "cans and cups", "circle of red cup, white cup and yellow cup, blue cup behind the "
+                                               "circle",
     "circle of red cup {3} + white cup {5} + yellow cup {4}; place of blue cup {6}, behind structure 1.",
 )  # fmt: skip
 REMARK = GoalLine("refused", "dinner", "Lovely weather", "nothing.")

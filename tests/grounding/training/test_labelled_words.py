@@ -1,4 +1,6 @@
-"""The words that labels copy lead to the objects that labels name: what the networks are taught can be built as it was meant."""
+"""The words that labels copy lead to the objects that labels name: what the networks are taught can
+be built as it was meant.
+"""
 
 from collections import Counter
 
@@ -14,7 +16,9 @@ from tests.grounding.labelled_words import resolved_label
 
 
 def outcome(row, encoder):
-    """Return what the words of a label come to: "right", "wrong", "asked", "refused", or "" for a text without a goal."""
+    """Return what the words of a label come to: "right", "wrong", "asked", "refused",
+    or "" for a text without a goal.
+    """
     try:
         _, goal = goals_of(row)
         if goal is None or not goal.parts:
@@ -50,11 +54,15 @@ def test_labelled_words_mean_the_labelled_goal(encoder, rows, right, wrong):
     [
         ("shapes", "place of yellow cylinder {4}, in front of the brick {5}.", "Sorry, the other cylinder.",
          "place of the other cylinder {3}, in front of the brick {5}."),
-        ("breakfast", "place of the red mug {0}, left of the plate {3}.", "no, the other one", "place of the other one {1}, left of the plate {3}."),
-        ("garden", "place of the smaller brown pot {1}, behind the stone {5}.", "bigger one", "place of bigger one {0}, behind the stone {5}."),
-        ("cans and cups", "circle of the cups {3,4,5,6}; place of the green can {2}, at right top.", "the can at left top",
+        ("breakfast", "place of the red mug {0}, left of the plate {3}.", "no, the other one",
+         "place of the other one {1}, left of the plate {3}."),
+        ("garden", "place of the smaller brown pot {1}, behind the stone {5}.", "bigger one",
+         "place of bigger one {0}, behind the stone {5}."),
+        ("cans and cups", "circle of the cups {3,4,5,6}; place of the green can {2}, at right top.",
+         "the can at left top",
          "circle of the cups {3,4,5,6}; place of the can {2}, at left top."),
-        ("cans and cups", "pyramid of the cups {3,4,5}, right.", "add the blue one", "pyramid of the cups {3,4,5} + the blue one {6}, right."),
+        ("cans and cups", "pyramid of the cups {3,4,5}, right.", "add the blue one",
+         "pyramid of the cups {3,4,5} + the blue one {6}, right."),
     ],
 )  # fmt: skip
 def test_words_of_a_follow_up_take_their_meaning_from_the_goal_so_far(encoder, scene, before, text, after):

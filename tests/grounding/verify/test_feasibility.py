@@ -41,7 +41,8 @@ def relation(name, objects, reference=None, **keys):
         ),
         (
             [structure("arc", [2, 3], x_position="left")],
-            "an arc needs 3 objects, and the mug and the plate are only 2; say 'a line of the mug and the plate on the left'",
+            "an arc needs 3 objects, and the mug and the plate are only 2; say 'a line of the mug and the plate on the "
+            "left'",
         ),
         ([structure("square", [2])], "a square needs 4 objects, and the mug is only 1; say 'put the mug on the left'"),
         ([structure("circle")], ""),

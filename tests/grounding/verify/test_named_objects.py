@@ -12,14 +12,17 @@ from tests.grounding.goal_in_words import goal_of_words
 @pytest.mark.parametrize(
     ("scene", "text", "goal", "kept", "left"),
     [
-        ("fruit and plate", "the blue can, the red can and both apples in a ring around the plate", "circle of 5, 1, 2, around 0", (),
+        ("fruit and plate", "the blue can, the red can and both apples in a ring around the plate",
+         "circle of 5, 1, 2, around 0", (),
          ("the blue can",)),
-        ("fruit and plate", "the blue can, the red can and both apples in a ring around the plate", "circle of 4, 5, 1, 2, around 0", (), ()),
+        ("fruit and plate", "the blue can, the red can and both apples in a ring around the plate",
+         "circle of 4, 5, 1, 2, around 0", (), ()),
         ("breakfast", "the mugs and the bowl in a line", "line of 1, 2", (), ()),  # one of the mugs is there
         ("breakfast", "put the spoon on the plate and leave the banana", "4 on 3", ("the banana",), ()),
         ("breakfast", "put the spoon on the plate and the banana in the bowl", "4 on 3", (),
          ("the banana in the bowl", "the bowl")),
-        ("breakfast", "put the spoon on the plate and the banana in the bowl", "structure of everything else, left", (), ()),
+        ("breakfast", "put the spoon on the plate and the banana in the bowl", "structure of everything else, left", (),
+         ()),
     ],
 )  # fmt: skip
 def test_phrases_whose_objects_a_goal_does_not_have(scene, text, goal, kept, left):

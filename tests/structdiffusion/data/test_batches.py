@@ -53,7 +53,9 @@ def test_moving_a_cloud_by_its_state_puts_it_on_the_true_goal(data, data_folder,
 
 
 def test_stored_scenes_are_what_their_words_say(data_folder, library):
-    """The checks of the evaluation protocol hold for the stored goals, and all of the words of a demonstration belong to it."""
+    """The checks of the evaluation protocol hold for the stored goals,
+    and all of the words of a demonstration belong to it.
+    """
     stored, table = DemonstrationSet.load(data_folder), Table()
     values = {number: pair for pair, number in WORDS.items()}
     for row in range(len(stored)):

@@ -1,4 +1,6 @@
-"""Figures are read off what stands: strokes with their ends, closures and junctions, patterns, blocks and how they grow."""
+"""Figures are read off what stands: strokes with their ends, closures and junctions, patterns,
+blocks and how they grow.
+"""
 
 from itertools import pairwise
 

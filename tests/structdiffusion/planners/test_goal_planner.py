@@ -243,7 +243,8 @@ def test_a_reference_moves_where_its_place_leaves_no_room():
     "parts, message",
     [
         ([StructurePart("circle", objects=(0, 1)), related("next to", (2,), (3,))], "needs 3 or more objects, got 2"),
-        ([related("moved", (4,), None, direction="left", distance=0.6)], "would put the block 5 beyond the edge of the table"),
+        ([related("moved", (4,), None, direction="left", distance=0.6)],
+         "would put the block 5 beyond the edge of the table"),
         ([related("in", (0,), (2,))], "nothing can be put into the block 3: it is not hollow"),
         ([related("left of", (0,), (4,), distance=1.2)], "would put the block 1 beyond the edge of the table"),
         ([StructurePart("line", objects=(0, 1), along="near", rotation="east")], "cannot run along the near edge"),
@@ -262,7 +263,8 @@ def test_a_reference_moves_where_its_place_leaves_no_room():
             "the block 1 cannot be left and right",
         ),
         ([related("on", (0,), (1,)), related("on", (1,), (0,))], "each would have to be on the other"),
-        ([StructurePart("line", objects=(0, 1)), related("on", (0,), (2,))], "what stands in the line stands on the table"),
+        ([StructurePart("line", objects=(0, 1)), related("on", (0,), (2,))],
+         "what stands in the line stands on the table"),
         (
             [related("at", (0,), None, x_position="left"), related("right of", (1,), (0,), distance=0.02),
              related("at", (1,), None, x_position="right")],

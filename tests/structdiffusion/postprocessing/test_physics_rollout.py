@@ -125,5 +125,6 @@ def test_the_higher_something_stacks_the_more_room_its_goal_leaves_below():
 
 
 def _brick(height):
-    return assemble("brick", "brick", [box(0.08, 0.08, 0.0, height)], density=600.0, friction=0.5, color=(0.8, 0.4, 0.2),
+    return assemble("brick", "brick", [box(0.08, 0.08, 0.0, height)], density=600.0, friction=0.5,
+                    color=(0.8, 0.4, 0.2),
                     source="procedural", rng=np.random.default_rng(0))  # fmt: skip

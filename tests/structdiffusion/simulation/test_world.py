@@ -67,7 +67,10 @@ def test_shape_files_are_named_by_content_and_the_oldest_go(monkeypatch):
 
 
 def test_shape_files_go_with_their_process():
-    program = "from structdiffusion.objects.rigid_body import shape_file, solid_content; import numpy as np; print(shape_file(solid_content([np.eye(4)[:, :3]])))"
+    program = (
+        "from structdiffusion.objects.rigid_body import shape_file, solid_content; import numpy as np; "
+        "print(shape_file(solid_content([np.eye(4)[:, :3]])))"
+    )
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip().endswith(".obj") and not Path(done.stdout.strip()).parent.exists()
 

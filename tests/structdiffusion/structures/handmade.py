@@ -95,7 +95,9 @@ def cluster():
 
 
 def rectangle(a=0.24, b=0.12, yaw=0.0):
-    """Six round objects: corners of a rectangle with sides a (along x) and b, and one in the middle of each longer side."""
+    """Six round objects: corners of a rectangle with sides a (along x) and b,
+    and one in the middle of each longer side.
+    """
     places = [(-a / 2, -b / 2), (0, -b / 2), (a / 2, -b / 2), (a / 2, b / 2), (0, b / 2), (-a / 2, b / 2)]
     return at_places(turned(np.array(places), yaw))
 
@@ -106,7 +108,9 @@ def square(a=0.2):
 
 
 def triangle(side=0.2, degrees=0.0, apex=60.0):
-    """Six round objects: the corners of an isosceles triangle of equal legs, the first toward `degrees`, and the middles."""
+    """Six round objects: the corners of an isosceles triangle of equal legs, the first toward `degrees`,
+    and the middles.
+    """
     half = math.radians(apex) / 2
     corners = side * np.array([(0, 0), (-math.cos(half), math.sin(half)), (-math.cos(half), -math.sin(half))])
     corners -= corners.mean(axis=0)

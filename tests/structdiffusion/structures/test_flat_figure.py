@@ -1,4 +1,6 @@
-"""Flat figures: what is drafted passes its checks in any order, and what is not the figure, as asked, fails the right one."""
+"""Flat figures: what is drafted passes its checks in any order, and what is not the figure, as asked,
+fails the right one.
+"""
 
 import numpy as np
 import pytest
@@ -76,7 +78,9 @@ def test_an_arrow_points_and_a_letter_faces_its_reader():
 
 
 def test_a_mirrored_figure_is_off_the_drawing():
-    """The limit of the protocol is wide, and some mirrored figures are within it; none is as near as the figure itself."""
+    """The limit of the protocol is wide, and some mirrored figures are within it;
+    none is as near as the figure itself.
+    """
 
     def off(bodies, name):
         checks = structure_named(name).check(bodies, StructureSpec(name), Table())

@@ -41,8 +41,10 @@ def drawn_keys(key, shape, rng):
         str(rng.choice(["ascending", "descending"])),
     )
     value = {
-        "order": Order(by, direction if rng.random() < 0.5 else None, str(rng.choice(starts)) if rng.random() < 0.6 else None),
-        "gap": float(rng.uniform(0.01, 0.08)), "radius": float(rng.uniform(0.08, 0.2)), "length": float(rng.uniform(0.2, 0.5)),
+        "order": Order(by, direction if rng.random() < 0.5 else None,
+                       str(rng.choice(starts)) if rng.random() < 0.6 else None),
+        "gap": float(rng.uniform(0.01, 0.08)), "radius": float(rng.uniform(0.08, 0.2)),
+        "length": float(rng.uniform(0.2, 0.5)),
         "rows": int(rng.integers(2, 4)), "columns": int(rng.integers(2, 4)),
     }[key]  # fmt: skip
     return StructureKeys(**{key: value})
@@ -174,16 +176,21 @@ def test_width_and_volume_do_not_depend_on_how_an_object_stands():
 @pytest.mark.parametrize(
     ("shape", "items", "keys", "sentence"),
     [
-        ("circle", discs(*[0.04] * 5), {"radius": 0.06}, "a circle with a radius of 0.06 m has no room for these objects: they need 0.07"),
-        ("circle", discs(*[0.03] * 5), {"radius": 0.2, "gap": 0.02}, "with gaps of 0.02 m has a radius of 0.068 m, not 0.2 m"),
-        ("circle", discs(*[0.03] * 5), {"radius": 0.9}, "a circle of these objects is .* deep, and the table has room for 0.53 m"),
+        ("circle", discs(*[0.04] * 5), {"radius": 0.06},
+         "a circle with a radius of 0.06 m has no room for these objects: they need 0.07"),
+        ("circle", discs(*[0.03] * 5), {"radius": 0.2, "gap": 0.02},
+         "with gaps of 0.02 m has a radius of 0.068 m, not 0.2 m"),
+        ("circle", discs(*[0.03] * 5), {"radius": 0.9},
+         "a circle of these objects is .* deep, and the table has room for 0.53 m"),
         ("line", discs(*[0.05] * 4), {"length": 0.2}, "cannot have a length of 0.2 m: it is 0.3.. m long or more"),
         ("line", discs(*[0.03] * 4), {"length": 0.5, "gap": 0.02}, "with gaps of 0.02 m is 0.2.. m long, not 0.5 m"),
         ("line", discs(*[0.03] * 6), {"gap": 0.2}, "a line of these objects is .* m wide, and the table has room for"),
-        ("arc", discs(*[0.03] * 4), {"radius": 0.3, "gap": 0.01}, "an arc of these objects with gaps of 0.01 m and a radius of 0.3 m spans 40"),
+        ("arc", discs(*[0.03] * 4), {"radius": 0.3, "gap": 0.01},
+         "an arc of these objects with gaps of 0.01 m and a radius of 0.3 m spans 40"),
         ("grid", discs(*[0.03] * 7), {"rows": 3, "columns": 3}, "a grid of 3 by 3 takes 9 objects, got 7"),
         ("square", discs(*[0.03] * 6), {"gap": 0.05}, "a square of these objects cannot have even gaps of 0.05 m"),
-        ("grid", discs(0.02, 0.1, 0.02, 0.03), {"gap": 0.03}, "a grid of these objects cannot have even gaps of 0.03 m"),
+        ("grid", discs(0.02, 0.1, 0.02, 0.03), {"gap": 0.03},
+         "a grid of these objects cannot have even gaps of 0.03 m"),
     ],
 )  # fmt: skip
 def test_a_key_that_cannot_be_kept_is_told_with_its_numbers(shape, items, keys, sentence):

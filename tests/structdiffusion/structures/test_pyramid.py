@@ -67,7 +67,8 @@ def test_rows_are_made_of_equally_high_objects():
     [
         (blocks(4), "4 objects make no pyramid, .*; numbers that do: 3, 5, 6, 7, 9, 10"),
         (blocks(2), "a pyramid needs 3 or more objects, got 2"),
-        ([*blocks(1, 0.05), *blocks(1, 0.07), *blocks(1, 0.09)], "equally high within 8 degrees of lean; these are not: block 0.050 m, block 0.070 m"),
+        ([*blocks(1, 0.05), *blocks(1, 0.07), *blocks(1, 0.09)],
+         "equally high within 8 degrees of lean; these are not: block 0.050 m, block 0.070 m"),
         (blocks(3, stackable=False), "rows of objects that carry others"),
         (blocks(3, flat_bottom=False), "objects with a level bottom"),
         ([*cans(2), *blocks(1, 0.02, scale=0.08)], "the block is too small to lie on two others"),

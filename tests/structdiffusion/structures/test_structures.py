@@ -1,4 +1,6 @@
-"""What every structure has to keep: one entry for each shape, orders that are permutations, corrections that change nothing."""
+"""What every structure has to keep: one entry for each shape, orders that are permutations,
+corrections that change nothing.
+"""
 
 from dataclasses import replace
 

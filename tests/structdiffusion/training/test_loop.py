@@ -170,7 +170,9 @@ class Killed(BaseException):
 
 @pytest.mark.parametrize("writes", range(1, 14))
 def test_a_run_that_is_killed_at_any_write_ends_as_one_that_was_not(writes, tmp_path, monkeypatch):
-    """A killed run repeats what it had not saved, and draws what it drew before: the weights are the same to the bit."""
+    """A killed run repeats what it had not saved, and draws what it drew before:
+    the weights are the same to the bit.
+    """
     here, often = RunMetadata("1.0", {}, 16), replace(OPTIONS, save_seconds=0.0)
 
     def run(folder) -> None:

@@ -1,4 +1,6 @@
-"""What people may say while the arm builds: the file, the tables that are drawn for it, and how what comes of it is judged."""
+"""What people may say while the arm builds: the file, the tables that are drawn for it,
+and how what comes of it is judged.
+"""
 
 import numpy as np
 import pytest
@@ -70,7 +72,8 @@ TURNED = events.Started("something", {})
         (saying("stops"), [said("stops"), placed("cup 1"), Stopped(0, "cup 1", True, True)], BEFORE, "wrong"),
         (saying("stops"), [said("stops"), events.Failed("build", "interrupted", 130)], BEFORE, "right"),
         (saying("first", "1"), [said("changed"), placed("cup 3"), TURNED, placed("cup 2")], BEFORE, "right"),
-        (saying("first", "1"), [said("changed"), TURNED, placed("cup 1"), placed("cup 3"), placed("cup 2")], BEFORE, "wrong"),
+        (saying("first", "1"), [said("changed"), TURNED, placed("cup 1"), placed("cup 3"), placed("cup 2")], BEFORE,
+         "wrong"),
         (saying("first", "1"), [Picked(0, "cup 2", "across", 1, 3, "weld"), said("unchanged")], BEFORE, "right"),
         (saying("first", "1"), [said("unchanged")], BEFORE, "wrong"),
     ],
