@@ -58,9 +58,9 @@ def foreign_language(text: str, mended: Callable[[], str] | None = None) -> str 
     if likeliest in _NO_LANGUAGE or dict(ranked).get("en", 0.0) >= LEAST_PROBABILITY:
         return None
     without_errors = text if mended is None else mended()
-    if _english_share(without_errors) >= MENDED_SHARE:
-        if dict(_identifier().rank(without_errors)).get("en", 0.0) >= MENDED_PROBABILITY:
-            return None
+    likely = _english_share(without_errors) >= MENDED_SHARE
+    if likely and dict(_identifier().rank(without_errors)).get("en", 0.0) >= MENDED_PROBABILITY:
+        return None
     return LANGUAGES.get(likeliest, "another language") if probability >= _NAMED else "another language"
 
 

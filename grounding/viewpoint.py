@@ -16,8 +16,8 @@ _MACHINE = r"(?:robot(?:ic)? arm|robot|arm|gripper|manipulator|base)"
 _ROBOT = rf"(?:you(?:rself)?|(?:the|your)(?: own)? {_MACHINE})(?![\w'’])"
 _ROBOTS = rf"(?:your|(?:the )?{_MACHINE}['’]s)(?: own)?"
 _FACING = (
-    r"(?:fac(?:e|es|ed|ing)|point(?:s|ed|ing)?|look(?:s|ing)?|turn(?:ed|ing)?"
-    r"|open(?:s|ing)?)(?: (?:directly|straight))?"
+    r"(?:fac(?:e|es|ed|ing)|point(?:s|ed|ing)?|look(?:s|ing)?|turn(?:ed|ing)?|open(?:s|ing)?)"
+    r"(?: (?:directly|straight))?"
 )
 _JUST = r"(?:(?<!the )(?<!your )(?<!my )(?<!['’]s )right |directly |just |straight )?"
 # A word for a place -> what the speaker across the table says of the same place.
@@ -33,8 +33,8 @@ _WAYS = tuple((re.compile(pattern, re.IGNORECASE), own) for pattern, own in (
     (rf"\b({_FACING}) away from {_ROBOT}", "{1} toward me"),
     (rf"\b(fac(?:e|es|ed|ing)(?: directly| straight)?) {_ROBOT}|\b({_FACING}) (?:at|to|towards?) {_ROBOT}",
      "{1} away from me"),
-    (rf"\b(left|right)((?: \w+){{0,3}}?),? (?:as )?(?:seen )?(?:from"
-     rf"|in) (?:{_ROBOTS} (?:side|perspective|point of view|view\w*)|{_ROBOT})",
+    (rf"\b(left|right)((?: \w+){{0,3}}?),? (?:as )?(?:seen )?(?:from|in) "
+     rf"(?:{_ROBOTS} (?:side|perspective|point of view|view\w*)|{_ROBOT})",
      "{other}{2}"),
     (rf"\b{_ROBOTS} (side|end|edge|half)\b", "the far {1}"),
     (rf"\b{_JUST}in front of {_ROBOT}", "far from me"),

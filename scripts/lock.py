@@ -95,7 +95,7 @@ def cpu_build(version: str) -> Pins:
     found = subprocess.run([*command, "--report", "-", requirement], capture_output=True, text=True)
     if found.returncode == 0:
         archive = json.loads(found.stdout)["install"][0]["download_info"]["archive_info"]
-        python = "%d.%d" % sys.version_info[:2]
+        python = f"{sys.version_info.major}.{sys.version_info.minor}"
         marker = f"python_version == '{python}' and sys_platform == '{sys.platform}'"
         marker += f" and platform_machine == '{platform.machine()}'"
         builds[f"{requirement} ; {marker}"] = [f"sha256:{archive['hashes']['sha256']}"]

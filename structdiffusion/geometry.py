@@ -78,11 +78,11 @@ def quaternion_from_matrix(matrix: np.ndarray) -> np.ndarray:
     if k == 3:
         q[:] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 1 + candidates[3]
     else:
-        i, j, l = k, (k + 1) % 3, (k + 2) % 3
-        q[i] = 1 + m[i, i] - m[j, j] - m[l, l]
-        q[j] = m[j, i] + m[i, j]
-        q[l] = m[l, i] + m[i, l]
-        q[3] = m[l, j] - m[j, l]
+        a, b, c = k, (k + 1) % 3, (k + 2) % 3
+        q[a] = 1 + m[a, a] - m[b, b] - m[c, c]
+        q[b] = m[b, a] + m[a, b]
+        q[c] = m[c, a] + m[a, c]
+        q[3] = m[c, b] - m[b, c]
     return q / np.linalg.norm(q)
 
 

@@ -99,10 +99,8 @@ class WorkerProcess:
 
     def give(self, number: int, job: Any) -> None:
         self.job = number, job
-        try:
+        with suppress(OSError):  # it has died: `hear` detects that
             self.pipe.send(job)
-        except OSError:
-            pass  # it has died: `hear` detects that
 
     def hear(self) -> tuple[str | None, Any]:
         """Return its message, once the pipe is readable; `None` and the reason if it died."""

@@ -227,7 +227,7 @@ def _text(number: int, like: io.TextIOWrapper, unbuffered: bool) -> io.TextIOWra
         os.fstat(number)
     except OSError:
         return None
-    binary = open(number, "rb" if number == 0 else "wb", closefd=False)
+    binary = open(number, "rb" if number == 0 else "wb", closefd=False)  # noqa: SIM115 - a standard stream
     by_lines = number == 2 or os.isatty(number)
     return io.TextIOWrapper(
         binary, like.encoding, like.errors, newline=None if number == 0 else "\n",

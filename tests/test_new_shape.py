@@ -55,13 +55,14 @@ class Zigzag(SpreadStructure):
         return draft_on_places(items, places - places.mean(axis=0), [0.0] * len(items), spec, 0.0, rng)
 
     def check(self, bodies, spec, table):
-        """Check that every second object is farther than its neighbours, size, place, and that all stand on the table."""
+        """Check that every second object is farther than its neighbours, the size, the place, and that all stand."""
         checks = [count_check(bodies, self.name, self.least)]
         if len(bodies) < self.least:
             return checks
         x = np.array([body.centroid[0] for body in sorted(bodies, key=lambda body: body.centroid[1])])
         turns = np.diff(np.sign(np.diff(x)))
-        checks += [Check("turns", bool((np.abs(turns) == 2).all()), float(len(turns)), "every object"), on_table_check(bodies)]
+        zigzag = bool((np.abs(turns) == 2).all())
+        checks += [Check("turns", zigzag, float(len(turns)), "every object"), on_table_check(bodies)]
         checks += size_checks(spread_ratio(bodies), spec)
         return checks + position_checks(bodies, self.centre(bodies), spec, table)
 '''

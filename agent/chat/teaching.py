@@ -31,10 +31,10 @@ _CALLED = re.compile(
     r" (?P<name>(?:an? |the )?[a-z0-9][\w -]*)"
 )
 _BEFORE = re.compile(
-    r"\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:one|structure|figure) (?:before"
-    r"|we (?:had|built|made)|from before)\b"
-    r"|\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:last|previous|earlier) (?:one|structure"
-    r"|figure)\b",
+    r"\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:one|structure|figure) "
+    r"(?:before|we (?:had|built|made)|from before)\b"
+    r"|\b(?:(?:an?other|an?|one)(?: one| structure| thing)? )?like the (?:last|previous|earlier) "
+    r"(?:one|structure|figure)\b",
     re.IGNORECASE,
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, TextIO
 
@@ -37,7 +37,7 @@ OutOption = Annotated[
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite existing files.")]
 
 
-class Arm(str, Enum):
+class Arm(StrEnum):
     """The supported Jaco arms."""
 
     j2s7s300 = "j2s7s300"

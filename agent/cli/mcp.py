@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from datetime import datetime
-from enum import Enum
+from enum import StrEnum
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -43,7 +43,7 @@ from agent.runtime.settings import TOKEN_VARIABLE
 from agent.runtime.stdio import import_pybullet_silently
 
 
-class Transport(str, Enum):
+class Transport(StrEnum):
     """The ways in which clients reach the server."""
 
     stdio = "stdio"

@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
     from agent.recordings.recording import ReadingOf, RecordedOptions
 
 
-class Parsers(str, Enum):
+class Parsers(StrEnum):
     """The parsers of instructions."""
 
     embedding = "embedding"
     llm = "llm"
 
 
-class Viewpoint(str, Enum):
+class Viewpoint(StrEnum):
     """The sides of the table from which an instruction can be spoken."""
 
     robot = "robot"
     opposite = "opposite"
 
 
-class Hold(str, Enum):
+class Hold(StrEnum):
     """The ways in which the hand holds objects."""
 
     friction = "friction"

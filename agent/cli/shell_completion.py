@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from textwrap import shorten
 from typing import Annotated
 
@@ -77,7 +77,7 @@ end
 complete --command structagent --no-files --arguments '(__structagent_completion)'"""
 
 
-class Shell(str, Enum):
+class Shell(StrEnum):
     """The supported shells."""
 
     bash = "bash"

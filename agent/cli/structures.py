@@ -83,8 +83,7 @@ def show(name: NameArgument, json_output: JsonOption = False) -> None:
     with results_stream() as results:
         if json_output:
             found = {"name": figure.name, "nouns": list(figure.nouns), "numbers": list(figure.legal),
-                     "file": str(file_of(figure.name)),
-                     "text": figure_text(figure)}  # fmt: skip
+                     "file": str(file_of(figure.name)), "text": figure_text(figure)}  # fmt: skip
             print(json.dumps(found, indent=1, ensure_ascii=False), file=results)
             return
         print("\n".join(picture(figure)), file=results)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -31,7 +31,7 @@ ThreadsOption = Annotated[
 ]
 
 
-class Precision(str, Enum):
+class Precision(StrEnum):
     """The number format of a network's computations during training."""
 
     float32 = "float32"

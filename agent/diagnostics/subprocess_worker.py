@@ -73,7 +73,7 @@ class _Process:
     def __init__(self, worker: Path, poisoned: Sequence[str]) -> None:
         # The same modules as in this process, and not those that happen to lie in the current folder.
         path = os.pathsep.join(entry for entry in sys.path if entry)
-        self._complaints: IO[bytes] = tempfile.TemporaryFile()
+        self._complaints: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
         self._process = subprocess.Popen(
             [sys.executable, "-P", str(worker), *poisoned],
             stdin=subprocess.PIPE,

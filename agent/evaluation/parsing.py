@@ -172,8 +172,7 @@ def write_parsing(report: Mapping[str, Any], folder: Path) -> list[Path]:
     table = io.StringIO()
     print_parsing(report, table)
     report_text = json.dumps(report, indent=1, ensure_ascii=False) + "\n"
-    for found in report["evaluations"]:
-        paths.append(folder / f"confusion-{found['parser']}-{Path(found['data']).stem}.png")
+    paths += [folder / f"confusion-{found['parser']}-{Path(found['data']).stem}.png" for found in report["evaluations"]]
     with own_folder(folder, "evaluation") as place:
         mark(place, "evaluation", (path.name for path in paths))
         place.write({paths[0].name: report_text, paths[1].name: table.getvalue()})

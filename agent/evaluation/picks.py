@@ -80,9 +80,11 @@ def measure_picks(objects: str, count: int, seed: int, hold: str, workers: int) 
     return report_frame(command, len(rows), seed) | {
         "rows": rows,
         "aggregate": _rates(rows),
-        "kinds": {kind: _rates([row for row in rows if row["noun"] == kind]) for kind in sorted({r["noun"] for r in rows})},
+        "kinds": {
+            kind: _rates([row for row in rows if row["noun"] == kind]) for kind in sorted({row["noun"] for row in rows})
+        },
         LOST: [{"pick": one.job.number, "reason": one.reason} for one in lost],
-    }  # fmt: skip
+    }
 
 
 def print_picks(report: dict[str, Any], results: TextIO) -> None:

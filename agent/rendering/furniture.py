@@ -19,8 +19,10 @@ def furniture(ground: Table, base: Sequence[float] | None) -> list[Surface]:
     low, high = (ground.x_min, ground.y_min, -TABLE_THICKNESS), (ground.x_max, ground.y_max, 0.0)
     parts = [Surface(*box(low, high), _WOOD)]
     for x in (ground.x_min + _INSET, ground.x_max - _INSET - _LEG):
-        for y in (ground.y_min + _INSET, ground.y_max - _INSET - _LEG):
-            parts.append(Surface(*box((x, y, FLOOR), (x + _LEG, y + _LEG, -TABLE_THICKNESS)), _WOOD))
+        parts += [
+            Surface(*box((x, y, FLOOR), (x + _LEG, y + _LEG, -TABLE_THICKNESS)), _WOOD)
+            for y in (ground.y_min + _INSET, ground.y_max - _INSET - _LEG)
+        ]
     on_table = base is not None and ground.x_min <= base[0] <= ground.x_max and ground.y_min <= base[1] <= ground.y_max
     if base is not None and not on_table:
         x, y, z = base

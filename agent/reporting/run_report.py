@@ -9,7 +9,7 @@
 | `outcome` | `success`, `exit_code`, `step` and `message` of the failure, `seconds` of the whole run |
 | `parse` | spec, confidence and evidence per slot, parser, named nouns; the `goal`, a line for each of its `parts` |
 | `remarks` | questions, answers, notes, commands, interjections and restored states in order, each with its `kind` |
-| `turn` | in a conversation, the number of the `turn` in its timeline, the turn that it comes `after`, and its `branch` |
+| `turn` | in a conversation, the number of the `turn` in its timeline, the turn it comes `after`, and its `branch` |
 | `scene` | objects (names, nouns, who takes part, mean position and outline in the world frame, colour), table |
 | `proposals` | model, checksums of its networks (`networks`), candidates with scores, positions and turns, best first |
 | `chosen` | the rank and the goal of each object; for several parts also which place it, if it stays or makes room |

@@ -71,9 +71,9 @@ class Print:
 def draw_print(rng: np.random.Generator) -> Print:
     """Draw a print of up to five layers."""
     draws = (_band, _band, _cap, _end, _side, _side, _top, _inside, _label, _label, _letters, _letters)
-    layers = []
-    for _ in range(int(rng.integers(1, _MOST_LAYERS + 1))):
-        layers.append((draws[int(rng.integers(len(draws)))](rng), _color(rng)))
+    layers = [
+        (draws[int(rng.integers(len(draws)))](rng), _color(rng)) for _ in range(int(rng.integers(1, _MOST_LAYERS + 1)))
+    ]
     return Print(_color(rng), tuple(layers))
 
 

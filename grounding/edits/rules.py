@@ -73,8 +73,8 @@ RULES = (
     Rule("scaled", "(key )?(be )?factor( key)?( more| less)?( key)?", scaled),
     Rule("back", "(move )?direction number", back),
     Rule(
-        "shifted", f"(move )?(bit )?({_AMOUNT}( more| less)? direction|(more )?direction {_AMOUNT}|more {_AMOUNT} "
-                   "direction)",
+        "shifted",
+        f"(move )?(bit )?({_AMOUNT}( more| less)? direction|(more )?direction {_AMOUNT}|more {_AMOUNT} direction)",
         shifted,
     ),
     Rule("resized", "(move |be )?(bit )?(more|less)( bit)?", resized),

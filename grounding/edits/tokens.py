@@ -80,8 +80,8 @@ _PHRASES: Mapping[tuple[str, ...], Token] = {
         90.0: "quarter, a quarter, quarter turn, a quarter turn, a right angle",
         180.0: "half a turn, a half turn, half turn, upside down",
     }),
-    **_phrases("rotation", {1.0: "clockwise", -1.0: "counterclockwise, anticlockwise, counter clockwise, anti "
-                                                    "clockwise"}),
+    **_phrases("rotation", {1.0: "clockwise",
+                            -1.0: "counterclockwise, anticlockwise, counter clockwise, anti clockwise"}),
     **_phrases("direction", {
         "left": "left, leftward, leftwards", "right": "right, rightward, rightwards",
         "away": "back, backward, backwards, rear, away from me, away from us, further away from me, "
@@ -97,8 +97,8 @@ _PHRASES: Mapping[tuple[str, ...], Token] = {
     **_phrases("reverse", "reverse, reversed, flip, flipped, mirror, invert"),
     **_phrases("turn", "turn, rotate, spin, swivel, twist, turned, rotated"),
     **_phrases("move", "move, shift, push, pull, slide, put, nudge, scoot, scooch, bring, drag, place"),
-    **_phrases("bit", "bit, little, touch, tad, smidge, smidgen, slightly, somewhat, notch, step, teeny, tiny, wee, "
-                      "some"),
+    **_phrases("bit",
+               "bit, little, touch, tad, smidge, smidgen, slightly, somewhat, notch, step, teeny, tiny, wee, some"),
     **_phrases("be", "like, say, make it, make that, about"),
     **_phrases("filler", "as far, as wide, as big, as much, as large, so far, so long, so wide, that far, "
                "that much, that wide, as far apart, so big, apart, whole thing"),

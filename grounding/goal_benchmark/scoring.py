@@ -109,13 +109,13 @@ def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dic
     Returns:
         "exact": the status of the row and, where it is "ok", one of its goals; "with_answer": these, and those refused
         or asked about with the right goal as a suggestion or an option; "suggested": of those refused rightly, the
-        share with any suggestion; over instructions that must be and were
-        read: "false_fills" (the share that has a key that nobody asked for), "wrong_keys" (the share with another value
-        or objects), "dropped_parts" (of the true parts), "false_parts" (of the parts that were read);
-        "refusal": precision and recall of building nothing, by refusal or question; "status": of those that must not be
-        built, how many were refused or asked as they must be; "wrongly_refused" and "wrongly_asked": of those that must
-        be read; "built_wrongly": of all, the share that reads into a goal that was not asked for; "strata": exact per
-        stratum; "keys": how often each key was filled or wrong; "wrong": the rows that are not exact.
+        share with any suggestion; over instructions that must be and were read: "false_fills" (the share that has a key
+        that nobody asked for), "wrong_keys" (the share with another value or objects), "dropped_parts" (of the true
+        parts), "false_parts" (of the parts that were read); "refusal": precision and recall of building nothing, by
+        refusal or question; "status": of those that must not be built, how many were refused or asked as they must be;
+        "wrongly_refused" and "wrongly_asked": of those that must be read; "built_wrongly": of all, the share that reads
+        into a goal that was not asked for; "strata": exact per stratum; "keys": how often each key was filled or wrong;
+        "wrong": the rows that are not exact.
     """
     pairs = list(zip(rows, readings, strict=True))
     read = [

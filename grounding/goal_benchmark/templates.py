@@ -219,7 +219,7 @@ def _metric(objects: tuple[SceneObject, ...]) -> Iterator[tuple[str, Goal]]:
             f"make a line {words} long out of {group.text}",
             _goal(StructurePart("line", objects=group.indices, length=length)),
         )
-    for k, group in enumerate(_groups(objects, 3)):
+    for group in _groups(objects, 3):
         for words, radius in (("15 cm", 0.15), ("six inches", 0.1524), ("120 mm", 0.12)):
             structure = StructurePart("circle", objects=group.indices, radius=radius)
             yield f"put {group.text} in a circle with a radius of {words}", _goal(structure)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -71,10 +72,8 @@ def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComp
 
 def _one_by_one(goal: Goal, count: int | None) -> tuple[Part, ...]:
     """Return the parts in a canonical form, with relations of one object each and all objects by index."""
-    try:
+    with suppress(GoalError):  # nothing is left to take: it stays as it was written
         goal = goal.resolved(count) if count is not None else goal
-    except GoalError:
-        pass  # nothing is left to take: it stays as it was written
     goal = goal.canonical()
     parts: list[Part] = []
     place: dict[int, int] = {}  # of each structure among the parts that are returned

@@ -134,9 +134,8 @@ class StructurePart:
         _require("group_by", self.group_by, (*GROUPINGS, None))
         if self.order is not None:
             self._check_order(self.order)
-        if self.around is not None and not isinstance(self.objects, (PartReference, type(None))):
-            if set(self.around) & set(self.objects):
-                raise GoalError("the object that a structure is laid around cannot be one of its own objects")
+        if isinstance(self.objects, tuple) and set(self.around or ()) & set(self.objects):
+            raise GoalError("the object that a structure is laid around cannot be one of its own objects")
 
     def _check_order(self, order: Order) -> None:
         _require(f"order.from of a {self.shape}", order.start, (*order_starts(self.shape), None))
@@ -201,7 +200,8 @@ class RelationPart:
         _require_objects("reference", self.reference, exactly=2 if self.relation == "between" else None)
         self._check_keys()
         if isinstance(self.objects, tuple) and isinstance(self.reference, tuple):
-            if shared := set(self.objects) & set(self.reference):
+            shared = set(self.objects) & set(self.reference)
+            if shared:
                 raise GoalError(f"an object cannot be {self.relation!r} itself: {sorted(map(str, shared))[0]}")
 
     def _check_keys(self) -> None:

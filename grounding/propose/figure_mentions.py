@@ -40,8 +40,8 @@ _SHAPED = frozenset("shape shapes shaped form formation figure pattern outline".
 OPENING = re.compile(r"\b(?:open\w*|mouth|gap|hollow)\b", re.IGNORECASE)
 _CAPITAL = re.compile(r"(?<![\w.'’&])(?:[A-Z])(?![\w'’&]|\.\w)")
 _LETTER = re.compile(
-    r"\b(?:capital |upper[- ]?case |block |big )?(?:letter|capital|character"
-    r"|initial) [\"'“‘]?([a-z])[\"'”’]?(?![\w'’])",
+    r"\b(?:capital |upper[- ]?case |block |big )?(?:letter|capital|character|initial) "
+    r"[\"'“‘]?([a-z])[\"'”’]?(?![\w'’])",
     re.IGNORECASE,
 )
 _DIGIT = re.compile(r"\b(?:number|digit|numeral|figure) [\"'“‘]?(\d)[\"'”’]?(?![\w.,]\d|\w)", re.IGNORECASE)
@@ -60,12 +60,12 @@ _BIGGER = re.compile(r"\b(?:a bit |a little |much )?(?:bigger|larger|wider)\b", 
 _SMALLER = re.compile(r"\b(?:a bit |a little |much )?(?:smaller|tighter|narrower)\b", re.IGNORECASE)
 # How an example is spoken of, the clearest first.
 _LIKE = tuple(re.compile(rf"\b(?:{words})\b", re.IGNORECASE) for words in (
-    r"(?:exactly |just )?the same(?: (?:thing|structure|figure|shape|arrangement|one))?(?: again"
-    r"| as (?:this|that|before))?",
-    r"(?:(?:an?|another|one) )?(?:(?:thing|one|something|figure|structure) )?like (?:this|that|it"
-    r"|the (?:example|one before|last one))(?: one)?",
-    r"another(?: one)?|a copy(?: of (?:this|that|it))?|(?:this|that|the example)(?: (?:figure|structure|shape|one))?|it"
-    r"|one",
+    r"(?:exactly |just )?the same(?: (?:thing|structure|figure|shape|arrangement|one))?"
+    r"(?: again| as (?:this|that|before))?",
+    r"(?:(?:an?|another|one) )?(?:(?:thing|one|something|figure|structure) )?like "
+    r"(?:this|that|it|the (?:example|one before|last one))(?: one)?",
+    r"another(?: one)?|a copy(?: of (?:this|that|it))?|(?:this|that|the example)(?: (?:figure|structure|shape|one))?"
+    r"|it|one",
 ))  # fmt: skip
 _CAPITALS = re.compile(r"(?<![\w'’])[A-Z][A-Z0-9]+(?![\w'’])")
 

@@ -85,8 +85,9 @@ class StandIns:
     def goal(self, goal: Goal) -> Goal:
         """Return a goal with the taught shapes."""
         return Goal(tuple(
-            replace(part, shape=self.shapes.get(part.shape or "", part.shape)) if isinstance(part,
-                                                                                             StructurePart) else part
+            replace(part, shape=self.shapes.get(part.shape or "", part.shape))
+            if isinstance(part, StructurePart)
+            else part
             for part in goal.parts
         ))  # fmt: skip
 

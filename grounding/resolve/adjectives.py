@@ -28,7 +28,8 @@ MIDDLE = "middle"
 MIDDLING = frozenset("medium middling middle-sized mid-sized medium-sized mid-size".split())
 # Adjectives of which nothing in a scene tells, and that no speaker chooses by.
 IDLE = EXPLETIVES | frozenset(
-    "very dear little-old whole entire complete actual blooming own said aforementioned existing present available".split()
+    "very dear little-old whole entire complete actual blooming own said aforementioned existing present "
+    "available".split()
 )
 
 

@@ -48,9 +48,9 @@ class CataloguePhrases(GoalPhrases):
     def _of_group(self, group: PhraseGroup) -> list[int] | None:
         objects: list[int] = []
         for phrase in self.read(group.texts):
-            if phrase.kind in ("all", "rest", "pronoun") and not (phrase.tests or phrase.without):
-                if group.role == "structure" and len(group.texts) == 1:
-                    return None
+            whole = phrase.kind in ("all", "rest", "pronoun") and not (phrase.tests or phrase.without)
+            if whole and group.role == "structure" and len(group.texts) == 1:
+                return None
             self._read_phrases.append(phrase)
             objects += [i for i in self._fitting(phrase, group) if i not in objects]
         return objects

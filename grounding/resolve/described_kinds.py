@@ -31,10 +31,9 @@ _PLACEHOLDER = frozenset(
 )
 # Descriptions by comparison, by exclusion, or by place, which say nothing of a use.
 _NO_USE = re.compile(
-    r"\b(?:not|non|isn't|aren't|no|without|other|others|another|same|different|else|left|twin|rest|remaining|only|mine"
-    r"|yours"
-    r"|\w+(?:est|most)|most|least|nearer|farther|further|closer|first|second|third|last|next|middle|odd|identical"
-    r"|pair)\b",
+    r"\b(?:not|non|isn't|aren't|no|without|other|others|another|same|different|else|left|twin|rest|remaining|only"
+    r"|mine|yours|\w+(?:est|most)|most|least|nearer|farther|further|closer|first|second|third|last|next|middle|odd"
+    r"|identical|pair)\b",
     re.IGNORECASE,
 )
 _SINGLE = re.compile(r"\b(?:thing|one|tool|object|item|utensil|implement|vessel)\b", re.IGNORECASE)

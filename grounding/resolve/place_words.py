@@ -33,15 +33,14 @@ _START = re.compile(
 )
 _PERSON = re.compile(
     r"(?:(?:directly|immediately|right|just|standing|sitting|here|over|the) )*(?P<how>closest|nearest|closer|nearer"
-    r"|near|"
-    r"close|furthest|further|"
-    r"far|in front|away|by|farthest|facing|before)(?: away| off| over)*(?: (?:to|from|of|off))?(?: (?:me|us|him|her|"
-    r"myself|the speaker|my (?:edge|side|end|seat|chair)(?: of (?:the|this) \w+)?|"
+    r"|near|close|furthest|further|far|in front|away|by|farthest|facing|before)(?: away| off| over)*"
+    r"(?: (?:to|from|of|off))?(?: (?:me|us|him|her|myself|the speaker|"
+    r"my (?:edge|side|end|seat|chair)(?: of (?:the|this) \w+)?|"
     r"where (?:i|we) (?:am|are|sit|stand|am sitting|am standing)))\b"
 )
 _AWAY = re.compile(
-    r"(?:standing |sitting |lying )?(?:the )?(?:(?P<far>furthest|further|far|farthest)|closest|nearest|closer"
-    r"|nearer)(?: away| back| off| forward)?$"
+    r"(?:standing |sitting |lying )?(?:the )?(?:(?P<far>furthest|further|far|farthest)|closest|nearest|closer|nearer)"
+    r"(?: away| back| off| forward)?$"
 )
 _OF_CENTRE = re.compile(r"(?:to the )?(left|right) of (?:the )?middle\b")
 _EXTREME = re.compile(r"(?:the )?(leftmost|rightmost|rearmost|frontmost|foremost|backmost|hindmost|outermost)\b")

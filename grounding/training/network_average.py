@@ -41,10 +41,11 @@ def average(shares: Mapping[Path, float], out: Path) -> None:
         raise ValueError("the networks are of different forms")
     weights = np.array(list(shares.values())) / sum(shares.values())
     mean = {
-        name: sum(weight * state[name].astype(np.float32) for weight,
-                  state in zip(weights, states, strict=True)).astype(np.float32)
+        name: sum(
+            weight * state[name].astype(np.float32) for weight, state in zip(weights, states, strict=True)
+        ).astype(np.float32)
         for name in states[0]
-    }  # fmt: skip
+    }
     config = (json.dumps(configs[0], indent=1) + "\n").encode()
     write_all_whole(out, {"model.safetensors": packed_bytes(mean, base_arrays()), "config.json": config})
 

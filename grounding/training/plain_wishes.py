@@ -172,9 +172,9 @@ class PlainWishes:
         if phrases != "(all)" and self.rng.random() < SELDOM:
             said = str(self._one(_ONLY)).format(said=said)
         forms = (f"put {said} in a {noun}", f"make a {noun} of {said}", f"arrange {said} in a {noun}",
-                 f"{said} in a {noun}",
-                 f"build a {noun} with {said}", f"a {noun} of {said}, please", f"use {said} to make a {noun}",
-                 f"{noun} with {said}", f"{noun} out of {said}", f"{said}, {noun}")  # fmt: skip
+                 f"{said} in a {noun}", f"build a {noun} with {said}", f"a {noun} of {said}, please",
+                 f"use {said} to make a {noun}", f"{noun} with {said}", f"{noun} out of {said}",
+                 f"{said}, {noun}")  # fmt: skip
         text = str(self._one(forms))
         if shape in _VERBS and self.rng.random() < OFTEN:
             text = f"{self._one(_VERBS[shape])} {said}"

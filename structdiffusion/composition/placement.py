@@ -231,7 +231,7 @@ class Placer:
         within = set(carriers) | self._beside_in_the_vessel(unit)
         present = (set(placement.bodies) | self.stays) - set(unit.members) - within
         clear, hits = np.full(len(origins), 1.0), [set() for _ in origins]
-        for member, body in block.bodies.items():
+        for body in block.bodies.values():
             near = [
                 i
                 for i in present

@@ -172,7 +172,7 @@ class DemonstrationBatches:
         if len(self.rows) == 1:
             return torch.randint(len(self), (size,), generator=generator, device=self.device), self.places
         chosen = int(torch.randint(len(self), (1,), generator=generator, device=self.device))
-        for width, rows in self.rows.items():
+        for width, rows in self.rows.items():  # noqa: B007 - the one at which it stops
             if chosen < len(rows):
                 break
             chosen -= len(rows)

@@ -51,10 +51,9 @@ def generate_pairs(
     """
     path, groups = Path(folder) / "pairs.npz", -(-len(models) // _GROUP)
     count = -(-pairs // groups)
-    if path.is_file():
-        if len(read_arrays(path, "distance")["distance"]) == count * groups:
-            yield groups, groups
-            return
+    if path.is_file() and len(read_arrays(path, "distance")["distance"]) == count * groups:
+        yield groups, groups
+        return
     parts = [path.with_name(f"pairs_{count}_{group:05d}.npz") for group in range(groups)]
     missing = [group for group, part in enumerate(parts) if not part.is_file()]
     done = groups - len(missing)

@@ -23,8 +23,8 @@ _UNIT, _STUD, _STUD_HEIGHT = 0.016, 0.0047, 0.0045  # m: pitch, radius and heigh
 
 
 def _turned(profile: Callable[[np.ndarray], np.ndarray], length: float) -> np.ndarray:
-    """Return vertices of a body of revolution about the x axis, with radius (A,) as a function of position in [0,
-    1].
+    """Return vertices of a body of revolution about the x axis, with radius (A,) as a function of position
+    in [0, 1].
     """
     at = 0.5 - 0.5 * np.cos(np.linspace(0.06, math.pi - 0.06, _ALONG))  # denser at the ends, which are more curved
     angle = np.arange(_AROUND) * 2 * math.pi / _AROUND + math.pi / 2

@@ -102,8 +102,8 @@ def _wavefront(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> bytes:
     lines, offset = [], 1
     for k, (vertices, faces) in enumerate(parts):
         lines.append(f"o part{k}")
-        lines += ["v %.7f %.7f %.7f" % tuple(v) for v in vertices.tolist()]
-        lines += ["f %d %d %d" % tuple(f) for f in (faces + offset).tolist()]
+        lines += [f"v {x:.7f} {y:.7f} {z:.7f}" for x, y, z in vertices.tolist()]
+        lines += [f"f {a} {b} {c}" for a, b, c in (faces + offset).tolist()]
         offset += len(vertices)
     return ("\n".join(lines) + "\n").encode()
 

@@ -149,9 +149,9 @@ def fit_cross(points: np.ndarray) -> CrossFit:
     fits = []
     for middle in range(len(points)):
         offsets = points - points[middle]
-        for other in range(len(points)):
-            if other != middle:
-                fits.append(_crossing_at(points, middle, offsets, offsets[other]))
+        fits += [
+            _crossing_at(points, middle, offsets, offsets[other]) for other in range(len(points)) if other != middle
+        ]
 
     def failures(fit: CrossFit) -> tuple[int, float]:
         failed = (fit.off_line > MAX_OFF_LINE, fit.off_right_angle > MAX_CROSS_OFF_DEGREES, fit.missed > MAX_OFF_CORNER)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import os
-from enum import Enum
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -29,14 +29,14 @@ from agent.runtime.stdio import import_pybullet_silently
 _CORES = max(1, os.cpu_count() or 1)
 
 
-class TablePart(str, Enum):
+class TablePart(StrEnum):
     """The parts of the synthetic tables, which hold different objects."""
 
     development = "development"
     test = "test"
 
 
-class Method(str, Enum):
+class Method(StrEnum):
     """Who tells objects apart."""
 
     geometry = "geometry"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -29,7 +29,7 @@ from agent.runtime.stdio import import_pybullet_silently
 from grounding.spec import SHAPES
 
 
-class Difficulty(str, Enum):
+class Difficulty(StrEnum):
     """How hard scenes are to perceive."""
 
     plain = "plain"

@@ -34,8 +34,10 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
         "transfers": {kind: rate_of([row["success"] for row in known if row["kind"] == kind]) for kind in TRANSFERS},
         "loss": 1.0 - sum(changed) / len(changed) / kept if changed and kept else None,
         "named": rate_of([row.get("named") == row["family"] for row in rows]),
-        "failures": {cause: rate_of([row.get("failure") == cause for row in rows]) for cause in (*FAILURE_CLASSES,
-                                                                                                 NO_ARRANGEMENT)},
+        "failures": {
+            cause: rate_of([row.get("failure") == cause for row in rows])
+            for cause in (*FAILURE_CLASSES, NO_ARRANGEMENT)
+        },
         "failed_checks": dict(Counter(name for row in known for name in row["failed_checks"]).most_common()),
         "lost": lost_count(rows),
         "seconds": sum(row["seconds"] for row in known) / len(known) if known else None,

@@ -133,7 +133,7 @@ def _sort_of(scene: GoalScene, name: str) -> str:
     sorts = [part.shape or "structure" if isinstance(part, StructurePart) else part.relation for part in parts]
     if len(parts) == 1:
         return sorts[0]
-    return next((sort for sort in sorts if sort in name), "what is not named" if not name else name)
+    return next((sort for sort in sorts if sort in name), name or "what is not named")
 
 
 def rival_verdicts(scene: GoalScene, verdict: Verdict | None) -> dict[str, bool | None]:

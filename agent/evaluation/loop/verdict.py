@@ -74,11 +74,12 @@ def goal_without(goal: Goal, gone: Collection[int]) -> Goal:
             if len(left) >= least and not set(part.around or ()) & set(gone):
                 kept[number] = replace(part, objects=left)
     numbers = {old: new for new, old in enumerate(kept)}
-    for number, part in enumerate(goal.parts):
-        if isinstance(part, RelationPart) and all(
-            _whole(objects, gone, numbers) for objects in (part.objects, part.reference)
-        ):
-            kept[number] = part
+    kept |= {
+        number: part
+        for number, part in enumerate(goal.parts)
+        if isinstance(part, RelationPart)
+        and all(_whole(objects, gone, numbers) for objects in (part.objects, part.reference))
+    }
     numbers = {old: new for new, old in enumerate(sorted(kept))}
 
     def referred(objects: Any) -> Any:

@@ -109,9 +109,11 @@ def _failures_of_structures(found: Mapping[str, Any]) -> Table:
     rows, died = [], _died(found)
     for name in [name for name in _FULL if name in found] or list(found):
         rates = found[name]["aggregate"]
-        for structure in paper_results.STRUCTURES:
-            if structure in rates:
-                rows.append((name, structure, str(rates[structure]["n"]), *_failures(found[name], structure, died)))
+        rows += [
+            (name, structure, str(rates[structure]["n"]), *_failures(found[name], structure, died))
+            for structure in paper_results.STRUCTURES
+            if structure in rates
+        ]
     for structure, values in paper_results.FAILURES_OF_STRUCTURES.items():
         model, *cells = _paper_row("paper: StructDiffusion", values)
         rows.append((model, structure, *cells, *("-" for _ in died)))

@@ -73,8 +73,7 @@ MEANINGS = {
     "thanks, what about a circle?": "circle of 0, 1, 2",
     "who won the football match?": "-",
     "what a nice day": "-",
-    "make something nice with the cups": "? " + " | ".join(f"{shape} of 0, 1, 2" for shape in ("circle", "line",
-                                                                                               "tower")),
+    "make something nice with the cups": "? circle of 0, 1, 2 | line of 0, 1, 2 | tower of 0, 1, 2",
 }  # fmt: skip
 
 

@@ -57,7 +57,7 @@ def test_outcomes_and_their_rates():
 def test_the_command_names_what_is_left_out(tmp_path, monkeypatch, capsys):
     things = [procedural_object("candle", 1), CHEST]
     monkeypatch.setattr(picks, "load_objects", lambda _: things)
-    monkeypatch.setattr(picks, "in_parallel", lambda task, *others: map(lambda job: task(None, job), others[2]))
+    monkeypatch.setattr(picks, "in_parallel", lambda task, *others: (task(None, job) for job in others[2]))
     out = tmp_path / "picks.json"
     assert command_line(["evaluate", "picks", "--picks", "2", "--seed", "4", "--out", str(out)]) == 0
     printed = capsys.readouterr().out

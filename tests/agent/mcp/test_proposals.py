@@ -167,9 +167,7 @@ def test_names_from_a_file_are_quoted_wherever_they_are_told(tmp_path, models, m
     scene = tmp_path / f"evil{SUFFIXES[0]}"
     text = DESK.read_text()
     assert "name: orange" in text or "ycb/017_orange" in text
-    lines = []
-    for line in text.splitlines():
-        lines.append(line.replace("name: orange", f'name: "{EVIL}"'))
+    lines = [line.replace("name: orange", f'name: "{EVIL}"') for line in text.splitlines()]
     scene.write_text("\n".join(lines))
     monkeypatch.setattr(conftest, "OPTIONS", conftest.RunOptions(str(scene), model="geometric"))
     person = Person("decline")

@@ -116,8 +116,8 @@ def cup(x, outside, inside):
 ONE_THING = {
     "a cup with a coloured inside": cup(0, WHITE, BLUE),
     "a bottle with a cap": [
-        wall_of_can(0, 0, 0, 0.035, 0.12, GREEN), *(disc(0, 0, 0.12 + 2 * k * 0.004, 0.035 - k * 0.004,
-                                                         GREEN) for k in range(6)),
+        wall_of_can(0, 0, 0, 0.035, 0.12, GREEN),
+        *(disc(0, 0, 0.12 + 2 * k * 0.004, 0.035 - k * 0.004, GREEN) for k in range(6)),
         can(0, 0, 0.16, 0.015, 0.03, RED),
     ],
     "a jar with a lid": [can(0, 0, 0, 0.04, 0.08, WHITE), can(0, 0, 0.08, 0.04, 0.012, RED)],

@@ -17,7 +17,7 @@ from structdiffusion.planners.goal_planner import GoalPlanner
 from tests.agent.pipeline.test_laying_out import LINE, START, remainder, seen  # noqa: F401
 
 
-def test_what_is_left_of_a_build_begins_another_one(seen):
+def test_what_is_left_of_a_build_begins_another_one(seen):  # noqa: F811
     """Can 0 stands, jar 1 and can 2 are wanted still, jar 3 is not; a new object takes part."""
     before = remainder(seen, {0})
     moved = [replace(cloud, points=cloud.points.copy()) for cloud in seen.objects]
@@ -33,7 +33,7 @@ def test_what_is_left_of_a_build_begins_another_one(seen):
     assert np.allclose(left.now_from_initial, np.eye(4))
 
 
-def test_another_goal_fulfils_no_part_by_what_stands(seen):
+def test_another_goal_fulfils_no_part_by_what_stands(seen):  # noqa: F811
     """The same remainder: of the same goal a part that stands is left out, of another one it is laid out."""
     names = tuple(cloud.name for cloud in seen.objects)
     goal = Goal((StructurePart("line", objects=(0, 1)), StructurePart("line", objects=(2, 3))))
@@ -70,7 +70,7 @@ def test_parts_are_kept_unless_they_speak_of_what_goes_elsewhere(parts, kept):
     assert kept_parts(over(*parts), before, ("can", "can 2", "jar 2")) == kept - {0}
 
 
-def test_what_was_asked_for_before_keeps_its_place_though_it_does_not_stand_yet(seen):
+def test_what_was_asked_for_before_keeps_its_place_though_it_does_not_stand_yet(seen):  # noqa: F811
     """Can 0 of a line of two stands; the other jar comes behind it now."""
     names = tuple(cloud.name for cloud in seen.objects)
     line, added = StructurePart("line", objects=(0, 1)), RelationPart("behind", (3,), (2,))

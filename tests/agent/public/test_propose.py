@@ -400,9 +400,8 @@ def test_a_goal_moves_what_its_parts_place_and_leaves_the_rest(clouds):
     can, bowl = middles(found.clouds_after())[1:3]
     along, across = (can - bowl)[1], (can - bowl)[0]
     assert along > abs(across)  # left is +y, within 45 degrees
-    again = structagent.propose(clouds, structagent.Goal.from_dict({"parts": [LEFT_OF | {"objects": [1],
-                                                                                         "reference": [2]}]}),
-                                names=NAMES, seed=1, **FAST)  # fmt: skip
+    goal = structagent.Goal.from_dict({"parts": [LEFT_OF | {"objects": [1], "reference": [2]}]})
+    again = structagent.propose(clouds, goal, names=NAMES, seed=1, **FAST)
     assert np.array_equal(found.best.goal_from_initial, again.best.goal_from_initial)
 
 

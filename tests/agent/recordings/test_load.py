@@ -286,8 +286,7 @@ def test_of_a_long_bag_little_is_decoded(tmp_path, monkeypatch):
     from agent.recordings.bag_reader import Bag
 
     said = [transform("root", OPTICAL)]
-    for k in range(3000):
-        said.append(transform("root", "j2s7s300_link_base", seconds=0.1 * k, topic="/tf"))
+    said += [transform("root", "j2s7s300_link_base", seconds=0.1 * k, topic="/tf") for k in range(3000)]
     for k in range(300):
         said += [camera_info(DEPTH_INFO, k), depth_image(depths(), k), joints(k)]
     path = write_bag(tmp_path / "long.bag", sorted(said, key=lambda message: message.seconds))

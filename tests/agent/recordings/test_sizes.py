@@ -2,6 +2,7 @@
 
 import struct
 import sys
+from contextlib import suppress
 
 import apsw
 import numpy as np
@@ -68,10 +69,8 @@ def refused(path, said: str, options=ReadingOf()) -> None:
     before = peak_megabytes()
     with pytest.raises(BadInput, match=said) as caught:
         read_recording(path, options)
-    try:
+    with suppress(BadInput):
         inspect_bag(path)
-    except BadInput:
-        pass
     assert peak_megabytes() - before < MOST_MEGABYTES
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 1000
 

@@ -67,15 +67,17 @@ def test_every_map_and_page_gives_an_object_the_same_mark(turns):
         heard(record, turn)
         page = run_page(record.turn)
         legend = re.findall(r'<li><span class="key[^>]*>(\w)</span>([^<]+)</li>', page)
-        assert dict((name, mark) for mark, name in legend) == MARKS
+        assert {name: mark for mark, name in legend} == MARKS
         drawing = page.partition('class="candidates"')[2].partition("</svg>")[0]
         assert set(re.findall(r"<text[^>]*>(\w)</text>", drawing)) == set(MARKS.values())
         assert {seen["name"]: seen["number"] for seen in record.report["scene"]["objects"]} == dict(
             zip(MARKS, range(1, 6))
         )
-    for line in out.getvalue().splitlines():
-        if "candle" in line and "box 2" in line:
-            listed.append({name: mark for mark, name in LISTED.findall(line)})
+    listed += [
+        {name: mark for mark, name in LISTED.findall(line)}
+        for line in out.getvalue().splitlines()
+        if "candle" in line and "box 2" in line
+    ]
     assert len(listed) == 3 and all(one == MARKS for one in listed)  # one for the table and the first proposal
     assert "(A cup 1)" in out.getvalue()  # takes no part in the second and third
 

@@ -261,7 +261,7 @@ def test_pose_and_numbers_are_each_others_inverse(tmp_path):
     entry = load_scene(path)[3]
     rng = np.random.default_rng(0)
     for roll, pitch, yaw in [*rng.uniform(-180, 180, (20, 3)), (0, 90, 30), (20, -90, 0), (180, 0, 0)]:
-        numbers = dict(x=0.3, y=-0.2, z=0.01, roll=float(roll), pitch=float(pitch), yaw=float(yaw))
+        numbers = {"x": 0.3, "y": -0.2, "z": 0.01, "roll": float(roll), "pitch": float(pitch), "yaw": float(yaw)}
         pose = pose_of(PlacedObject("", **numbers), entry.model)
         lowest = (np.concatenate(entry.model.hulls) @ pose[:3, :3].T + pose[:3, 3])[:, 2].min()
         assert lowest == pytest.approx(0.01)

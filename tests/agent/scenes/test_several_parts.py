@@ -47,7 +47,7 @@ def test_every_part_has_its_objects_and_others_have_other_nouns(source, seed):
     apple, plate, cans = goal.parts[0].objects, goal.parts[0].reference, goal.parts[1].objects
     assert [nouns[i] for i in (*apple, *plate)] == ["apple", "plate"]
     assert len(cans) >= 2 and {nouns[i] for i in cans} == {"can"}
-    others = {i for i in range(len(nouns))} - {*apple, *plate, *cans}
+    others = set(range(len(nouns))) - {*apple, *plate, *cans}
     assert not {nouns[i] for i in others} & {"apple", "plate", "can"} and len(others) <= 2
 
 

@@ -28,8 +28,7 @@ def test_scores_agree_with_torch_action_by_action(network, encoder):
     states = encoder.word_states([WORDS], ENCODER_LAYER)
     writing = network.decoder().begin(states.hidden, states.first[0], PRESENCE)
     ours = [network.decoder().scores(writing, None)]
-    for action in ACTIONS:
-        ours.append(network.decoder().scores(writing, action))
+    ours += [network.decoder().scores(writing, action) for action in ACTIONS]
     started = [Action(KEYWORD, NUMBER_OF["<start>"]), *ACTIONS]
     with torch.no_grad():
         memory = network.remembered(

@@ -39,20 +39,20 @@ def takes(*, refused, say):
     """A server that refuses parameters, one at a time, in the words of `say`."""
 
     def answer(_, body):
-        for key in refused:
-            if key in body:
-                return say(key)
+        for name in refused:
+            if name in body:
+                return say(name)
         return says(GOOD)
 
     return answer
 
 
 WAYS = {
-    "param": lambda key: refuses("Unsupported parameter", param=key),
-    "sentence": lambda key: refuses(f"'{key}' is not supported here. Use 'max_completion_tokens' instead."),
-    "string": lambda key: (400, {}, json.dumps({"error": f"{key}: unknown field"}).encode()),
-    "detail": lambda key: (422, {}, json.dumps({"detail": [{"loc": ["body", key], "msg": "extra"}]}).encode()),
-    "no_words": lambda key: (400, {}, b"Bad Request"),
+    "param": lambda name: refuses("Unsupported parameter", param=name),
+    "sentence": lambda name: refuses(f"'{name}' is not supported here. Use 'max_completion_tokens' instead."),
+    "string": lambda name: (400, {}, json.dumps({"error": f"{name}: unknown field"}).encode()),
+    "detail": lambda name: (422, {}, json.dumps({"detail": [{"loc": ["body", name], "msg": "extra"}]}).encode()),
+    "no_words": lambda name: (400, {}, b"Bad Request"),
 }
 
 

@@ -32,10 +32,9 @@ def library() -> list[ObjectModel]:
 @cache
 def looks(noun: str, count: int = 2) -> tuple:
     """(model, world_from_object, what the camera saw, world_from_camera) of a few objects."""
-    rng, found = np.random.default_rng(0), []
-    for model in [model for model in library() if model.category == noun][:count]:
-        found.append((model, *look(model, rng)))
-    return tuple(found)
+    rng = np.random.default_rng(0)
+    models = [model for model in library() if model.category == noun][:count]
+    return tuple((model, *look(model, rng)) for model in models)
 
 
 def look(model: ObjectModel, rng: np.random.Generator) -> tuple[np.ndarray, ObjectCloud, np.ndarray]:

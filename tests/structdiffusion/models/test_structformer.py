@@ -15,7 +15,7 @@ from structdiffusion.models.structformer.model import StructFormerConfig
 from structdiffusion.training.loop import TrainingOptions, train
 from structdiffusion.word_tokens import WORDS
 
-SIZES = dict(width=32, layers=2, heads=2, feed_forward=48, points=24, point_width=16, mixture=3)
+SIZES = {"width": 32, "layers": 2, "heads": 2, "feed_forward": 48, "points": 24, "point_width": 16, "mixture": 3}
 SMALL = StructFormerConfig(**SIZES)
 
 

@@ -31,7 +31,7 @@ from structdiffusion.planners.geometric import GeometricPlanner
 from structdiffusion.planners.registry import PLANNERS
 from structdiffusion.training.loop import TrainingOptions, train
 
-SIZES = dict(width=32, layers=1, heads=2, feed_forward=48, points=16, point_width=16)
+SIZES = {"width": 32, "layers": 1, "heads": 2, "feed_forward": 48, "points": 16, "point_width": 16}
 # Those that differ in a number alone are left out.
 LEARNED = [
     name

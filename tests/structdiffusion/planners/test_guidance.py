@@ -25,7 +25,7 @@ def generator(seed=0):
 @pytest.fixture(scope="module")
 def model():
     torch.manual_seed(0)
-    sizes = dict(width=32, layers=1, heads=2, feed_forward=48, points=16, point_width=16)
+    sizes = {"width": 32, "layers": 1, "heads": 2, "feed_forward": 48, "points": 16, "point_width": 16}
     return PoseDiffusion(DiffusionConfig(**sizes)).eval()
 
 
