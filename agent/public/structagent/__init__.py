@@ -6,9 +6,8 @@
     goal_from_initial = proposals.best.goal_from_initial  # (N, 4, 4), one pose for each cloud
 
 Lengths are metres and angles radians, in the world frame: z = 0 is the table top, x points away from the robot, y to
-    its
-left. Invalid input raises `StructagentError`, a `ValueError` with a message of one sentence. Nothing heavy is imported
-before it is needed. docs/python-api.md describes every array.
+its left. Invalid input raises `StructagentError`, a `ValueError` with a message of one sentence. Nothing heavy is
+imported before it is needed. docs/python-api.md describes every array.
 """
 
 from __future__ import annotations
