@@ -232,7 +232,7 @@ def score(rows: Sequence[Row], parses: Sequence[Parse]) -> dict[str, Any]:
     refused = sum(parse.status == "refused" for _, parse in pairs)
     must_refuse = sum(row.refuse for row in rows)
     rightly = sum(row.refuse and parse.status == "refused" for row, parse in pairs)
-    strata = {row.stratum: [] for row in rows}
+    strata: dict[str, list[bool]] = {row.stratum: [] for row in rows}
     for row, parse in pairs:
         strata[row.stratum].append(is_exact(row, parse))
     return {

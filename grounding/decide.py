@@ -152,10 +152,10 @@ def decide(
     if not follows and (shapeless := _shapeless(candidates, proposals)) is not None:
         # "put the cups": which shape, is asked where a goal has none
         return Decision("ok", shapeless, (), 0.0, nothing)
-    goals = (
+    likely = (
         candidates[number].proposal.goal for number in order if (unclear and not follows) or shares[number] >= OFFER
     )
-    offered = tuple(goal for goal in goals if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
+    offered = tuple(goal for goal in likely if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0
     # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs
     # little.

@@ -198,7 +198,8 @@ def _json_entries(content: bytes, lines: list[Entry], promised: bool) -> Entries
 
 def _values(text: str, commas: bool = False) -> list[str]:
     """Return the texts of JSON values that follow each other, with commas between them where these are wanted."""
-    decoder, at, found = json.JSONDecoder(), 0, []
+    found: list[str] = []
+    decoder, at = json.JSONDecoder(), 0
     space = re.compile(r"\s*,?\s*" if commas else r"\s*")
     while True:
         gap = space.match(text, at if found else 0)

@@ -119,9 +119,7 @@ class StructureSpec:
         return StructureSpec(
             self.shape,
             self.size,
-            OPPOSITE.get(self.x_position, self.x_position),
-            OPPOSITE.get(self.y_position, self.y_position),
-            OPPOSITE.get(self.rotation, self.rotation),
+            *(OPPOSITE.get(value or "", value) for value in (self.x_position, self.y_position, self.rotation)),
         )
 
     def __str__(self) -> str:

@@ -111,7 +111,7 @@ class Verdicts:
         assert proposal.goal is not None
         goal, notes = self._in_world(proposal.goal), (*proposal.notes, *doubts(chosen.lost))
         spec = goal.structures[0].spec if goal.structures else StructureSpec()
-        built = {"status": "ok", "message": "; ".join(notes), "goal": goal, "spec": spec}
+        built: dict[str, Any] = {"status": "ok", "message": "; ".join(notes), "goal": goal, "spec": spec}
         if names is None:
             words = tuple(map(str, goal.named_objects()))
             return self._made(**built, objects=words or None, words=words, named=words)
@@ -123,7 +123,7 @@ class Verdicts:
         return self._made(**built, objects=objects, selection=selection, named=proposal.nouns, words=proposal.nouns)
 
     def _made(self, **values: Any) -> Interpretation:
-        fields = {
+        fields: dict[str, Any] = {
             "parse": self.parse,
             "viewpoint": self.viewpoint,
             "seconds": 0.0,

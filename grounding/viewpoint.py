@@ -8,6 +8,7 @@ stay: "could you, robot".
 from __future__ import annotations
 
 import re
+from functools import partial
 
 from grounding.spec import OPPOSITE
 
@@ -55,7 +56,7 @@ class ViewpointError(ValueError):
 def spoken_across(text: str) -> str:
     """Return what a speaker on the opposite side says, with places relative to the robot as relative to the speaker."""
     for pattern, own in _WAYS:
-        text = pattern.sub(lambda found, own=own: _put(found, own), text)
+        text = pattern.sub(partial(_put, own=own), text)
     return text
 
 

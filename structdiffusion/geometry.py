@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import overload
 
 import numpy as np
 
@@ -61,6 +62,14 @@ def yaws_of(a_from_b: np.ndarray) -> np.ndarray:
     """Return `yaw_of` each of the transforms (..., 4, 4), to the bit: (...)."""
     ends = zip(a_from_b[..., 1, 0].ravel().tolist(), a_from_b[..., 0, 0].ravel().tolist())
     return np.array([math.atan2(y, x) for y, x in ends]).reshape(a_from_b.shape[:-2])
+
+
+@overload
+def wrap_angle(angle: float) -> float: ...
+
+
+@overload
+def wrap_angle(angle: np.ndarray) -> np.ndarray: ...
 
 
 def wrap_angle(angle: float | np.ndarray) -> float | np.ndarray:

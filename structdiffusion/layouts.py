@@ -97,7 +97,7 @@ def lay_out(
     for place, item in enumerate(draft.order):
         positions[item] = (*(centre + draft.offsets[place]), draft.heights[place] + LIFT)
         turns[item] = wrap_angle(draft.turns[place])
-    frame = pose_from_xyz_yaw(*centre, 0.0, draft.heading)
+    frame = pose_from_xyz_yaw(centre[0], centre[1], 0.0, draft.heading)
     return Layout(spec, draft.order, positions, turns, frame)
 
 
@@ -110,6 +110,7 @@ def _placed_draft(
     keys: StructureKeys,
 ) -> tuple[Draft, np.ndarray]:
     """Draw a structure and its centre (2,); if it does not fit and its size is open, try a smaller or a rotated one."""
+    assert spec.shape is not None
     structure, reasons = structure_named(spec.shape), list[LayoutError]()
     smaller = structure.smaller_to_fit and spec.size is None and keys == NO_KEYS
     sizes = (None, "medium", "small") if smaller else (spec.size,)

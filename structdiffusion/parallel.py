@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pickle
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -108,7 +108,7 @@ def _in_order(ended: Iterator[tuple[int, Any]]) -> Iterator[Any]:
             following += 1
 
 
-def _here(work: Work, jobs: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+def _here(work: Work, jobs: Sequence[Any]) -> Generator[tuple[int, Any], None, None]:
     import torch
 
     before = torch.get_num_threads()
@@ -121,7 +121,7 @@ def _here(work: Work, jobs: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         torch.set_num_threads(before)
 
 
-def _by_processes(work: Work, jobs: Sequence[Any], workers: int) -> Iterator[tuple[int, Any]]:
+def _by_processes(work: Work, jobs: Sequence[Any], workers: int) -> Generator[tuple[int, Any], None, None]:
     # Pickled once, and unpickled by each worker itself: that imports much, and need not be waited for here.
     pickled = pickle.dumps(work)
     waiting, deaths = deque(enumerate(jobs)), 0
@@ -157,10 +157,10 @@ def _busy(processes: dict[Connection, WorkerProcess]) -> int:
     return sum(process.job is not None for process in processes.values())
 
 
-def _by_actors(work: Work, jobs: Sequence[Any], count: int) -> Iterator[tuple[int, Any]]:
+def _by_actors(work: Work, jobs: Sequence[Any], count: int) -> Generator[tuple[int, Any], None, None]:
     import ray
 
-    make = ray.remote(num_cpus=1)(Worker).remote
+    make: Any = ray.remote(num_cpus=1)(Worker).remote
     waiting = deque(enumerate(jobs))
     busy: dict[Any, tuple[Any, int, Any]] = {}  # what is awaited -> who is at it, and at what
     idle = [make(work) for _ in range(count)]

@@ -22,7 +22,7 @@ class UnknownWordError(ValueError):
 
 def word_ids(spec: StructureSpec) -> list[int]:
     """Return the five word-token ids of a spec, slot by slot; 0 where unspecified, and for a figure."""
-    return [WORDS.get((slot, value), 0) for slot, value in spec.to_dict().items()]
+    return [WORDS.get((slot, value or ""), 0) for slot, value in spec.to_dict().items()]
 
 
 def are_known_words(spec: StructureSpec, vocabulary: int) -> bool:

@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerContext, SpawnContext
 from multiprocessing.util import get_temp_dir
 from typing import Any
 
@@ -34,7 +35,7 @@ class Work:
     threads: int | None
 
 
-def worker_context() -> multiprocessing.context.BaseContext:
+def worker_context() -> ForkServerContext | SpawnContext:
     """Return the start method of workers: forked from a server process that has imported the libraries.
 
     Not forked off this process: torch and PyBullet do not survive that with their threads and clients. The server has

@@ -89,7 +89,7 @@ def _draw_values(frame: Frame, rng: np.random.Generator) -> dict[str, str | None
     negated = any(hole.negated and hole.name in _SHAPE_HOLES for hole in frame.holes)
     if nameless and not negated and needed - {"shape"} and rng.random() < 0.12:
         values["shape"] = None
-    return values | frame.labels
+    return {**values, **frame.labels}
 
 
 def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator) -> str:
@@ -99,13 +99,15 @@ def _fill(hole: Hole, values: Mapping[str, str | None], rng: np.random.Generator
     slots = {slot: _another(slot, values[slot], rng) if hole.negated else values[slot] for slot in SLOTS_OF_HOLE[name]}
     phrases = all_phrases()
     if name == "xy":
-        x = _one_of(phrases["x_adj"][slots["x_position"]], rng) if rng.random() < 0.3 else slots["x_position"]
-        return _one_of(phrases["xy"]["any"], rng).format(x=x, y=_one_of(phrases["y_adj"][slots["y_position"]], rng))
+        left, back = slots["x_position"], slots["y_position"]
+        assert left and back
+        x = _one_of(phrases["x_adj"][left], rng) if rng.random() < 0.3 else left
+        return _one_of(phrases["xy"]["any"], rng).format(x=x, y=_one_of(phrases["y_adj"][back], rng))
     (value,) = slots.values()
     table = _TABLE.get(name, name)
     shape = values["shape"]
     own = STRUCTURES[shape].own_phrases.get(name) if shape else None
-    if own and rng.random() < own.share:
+    if shape and own and rng.random() < own.share:
         table = own_table(name, shape)
     phrase = _one_of(phrases[table][value or "any"], rng)
     if name in _SHAPE_HOLES and value is not None and rng.random() < 0.25:

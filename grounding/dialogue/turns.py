@@ -13,7 +13,7 @@ from grounding.edits.rules import Edit, Standing, edited
 from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.part_numbers import renumbered
-from grounding.goals.parts import GoalError
+from grounding.goals.parts import GoalError, StructurePart
 from grounding.goals.taken_objects import without_placed
 from grounding.interpretation import Interpretation
 from grounding.parse_result import Question, shortened
@@ -211,7 +211,8 @@ def _still_open(state: Dialogue, outcome: Outcome) -> tuple[Dialogue, Outcome]:
 def _open_goal(found: Interpretation) -> Goal:
     """Return the goal whose shape is asked for, without one."""
     part = found.choices[0].parts[0]
-    return Goal((replace(part, shape=None),))  # type: ignore[call-arg]
+    assert isinstance(part, StructurePart)
+    return Goal((replace(part, shape=None),))
 
 
 def _added(goal: Goal, new: Goal, names: Sequence[str]) -> Goal | None:

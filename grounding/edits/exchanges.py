@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from grounding.edits.parts import CannotEdit
 from grounding.goals.goal import Goal
 from grounding.goals.parts import (
     DIRECTIONAL,
-    Objects,
     Order,
     Part,
     PartReference,
@@ -58,17 +58,14 @@ def _within(goal: Goal, number: int, stood: bool) -> Goal:
     """Exchange the two that a part names, or the two objects of a structure."""
     part = goal.parts[number]
     if isinstance(part, RelationPart):
-        turned = (
-            part.relation in (*DIRECTIONAL, "on", "in")
-            and isinstance(part.objects, tuple)
-            and part.reference is not None
-        )
-        if not turned or isinstance(part.reference, PartReference):
+        turned = part.relation in (*DIRECTIONAL, "on", "in")
+        if not (turned and isinstance(part.objects, tuple) and isinstance(part.reference, tuple)):
             raise CannotEdit(f"{part.relation!r} has no two places that could be exchanged")
         new: Part = replace(part, objects=part.reference, reference=part.objects)
         return Goal((*goal.parts[:number], new, *goal.parts[number + 1 :]))
     if isinstance(part.objects, tuple) and len(part.objects) == 2:
-        return _objects_exchanged(goal, *part.objects, stood)
+        one, other = part.objects
+        return _objects_exchanged(goal, one, other, stood)
     raise CannotEdit("it is not clear which two should be exchanged; name both, as 'swap the cup and the can'")
 
 
@@ -79,12 +76,12 @@ def _objects_exchanged(goal: Goal, one: int | str, other: int | str, stood: bool
     if Goal(parts).canonical() != goal.canonical():
         return Goal(parts)
     if stood:
-        return Goal((*goal.parts, RelationPart("swapped", (one, other))))  # type: ignore[arg-type]
-    for number, part in enumerate(goal.parts):
+        return Goal((*goal.parts, RelationPart("swapped", (one, other))))
+    for number, part in enumerate(parts):
         if isinstance(part, StructurePart) and _in_layers(part) and set(part.objects or ()) >= {one, other}:
             # Without an order they stand as they are listed; the speaker has seen a proposal with these two the other
             # way.
-            new = replace(parts[number], order=Order("listed", None, "bottom"))  # type: ignore[call-arg]
+            new = replace(part, order=Order("listed", None, "bottom"))
             return Goal((*parts[:number], new, *parts[number + 1 :]))
     raise CannotEdit("no order was asked for, so that these two have no places of their own; say which order you want")
 
@@ -95,8 +92,8 @@ def _in_layers(part: StructurePart) -> bool:
 
 
 def _renamed(part: Part, instead: Mapping[int | str, int | str]) -> Part:
-    def mapped(objects: Objects | None) -> Objects | None:
-        return tuple(instead.get(each, each) for each in objects) if isinstance(objects, tuple) else objects  # type: ignore[return-value]
+    def mapped(objects: Any) -> Any:
+        return tuple(instead.get(each, each) for each in objects) if isinstance(objects, tuple) else objects
 
     if isinstance(part, RelationPart):
         return replace(part, objects=mapped(part.objects), reference=mapped(part.reference))
@@ -105,7 +102,9 @@ def _renamed(part: Part, instead: Mapping[int | str, int | str]) -> Part:
 
 def _places_exchanged(one: Part, other: Part) -> tuple[Part, Part] | None:
     """Exchange where two parts are: on the table, or beside the same thing; `None` where they are nowhere alike."""
-    places = [{key: getattr(part, key, None) for key in ("x_position", "y_position")} for part in (one, other)]
+    places: list[dict[str, Any]] = [
+        {key: getattr(part, key, None) for key in ("x_position", "y_position")} for part in (one, other)
+    ]
     if all(any(place.values()) for place in places) and places[0] != places[1]:
         return replace(one, **places[1]), replace(other, **places[0])
     if not (isinstance(one, RelationPart) and isinstance(other, RelationPart)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from grounding.edits.tokens import Token, Tokens
 from grounding.goals.parts import (
@@ -54,8 +54,8 @@ def longer(part: Part, said: Tokens, known: Standing) -> Part:
     amount = said.value("length")
     metres = float(amount if amount is not None else 0.01 * float(said.value("number") or 0))  # of bare numbers: cm
     sign = 1 if said.value("more") is not None else -1
-    moved = isinstance(part, RelationPart) and part.relation == "moved"
-    if moved and said.value("less") in ("closer", "nearer") and part.direction == "closer":
+    moved_closer = isinstance(part, RelationPart) and part.relation == "moved" and part.direction == "closer"
+    if moved_closer and said.value("less") in ("closer", "nearer"):
         sign = 1
     if said.value("less") in ("closer", "nearer") and said.value("key") is None and _given(part) is None:
         return _shifted(part, "closer", metres, known)
@@ -127,7 +127,8 @@ def stepped(part: Part, said: Tokens, known: Standing) -> Part:
     at = values.index(now) + step
     if not 0 <= at < len(values):
         raise CannotEdit(f"it is on that side already; when it is built, '5 cm {_way(direction)}' moves it")
-    return replace(part, **{slot: values[at]})
+    new: dict[str, Any] = {slot: values[at]}
+    return replace(part, **new)
 
 
 def turned(part: Part, said: Tokens, known: Standing) -> Part:
@@ -162,7 +163,8 @@ def other_side(part: Part, said: Tokens, known: Standing) -> Part:
         if now is None and isinstance(part, StructurePart) and not (part.x_position or part.y_position):
             now = getattr(known.slots, slot) if slot in slots_of(part.shape) else None
         if now not in (None, middle):
-            return replace(part, **{slot: OPPOSITE[now]})
+            new: dict[str, Any] = {slot: OPPOSITE[now]}
+            return replace(part, **new)
     raise CannotEdit("it is on no side; say which side it should be on, as 'on the left'")
 
 
@@ -228,7 +230,8 @@ def _with_length(part: Part, key: str, metres: float, known: Standing) -> Part:
         return replace(part, direction=OPPOSITE[str(part.direction)], distance=round(-metres, 6))
     if metres < 0 or (metres == 0 and key != "gap"):
         raise CannotEdit(f"its {key} would be {metres * 100:.4g} cm; say how long it should be, as '{key} 5 cm'")
-    return replace(part, **{key: round(metres, 6)})
+    new: dict[str, Any] = {key: round(metres, 6)}
+    return replace(part, **new)
 
 
 def _shifted(part: Part, direction: str, metres: float, known: Standing) -> Part:

@@ -62,8 +62,10 @@ def _one_by_one(goal: Goal) -> Goal:
     divided: list[Part] = []
     for number, part in enumerate(goal.parts):
         places[number] = len(divided)
-        alone = isinstance(part, StructurePart) or part.relation == "swapped" or isinstance(part.objects, PartReference)
-        divided += [part] if alone else [replace(part, objects=(one,)) for one in part.objects]
+        if isinstance(part, StructurePart) or part.relation == "swapped" or isinstance(part.objects, PartReference):
+            divided.append(part)
+        else:
+            divided += [replace(part, objects=(one,)) for one in part.objects]
 
     def moved(objects: Any) -> Any:
         return PartReference(places[objects.part]) if isinstance(objects, PartReference) else objects

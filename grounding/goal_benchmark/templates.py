@@ -5,7 +5,7 @@ Every family of goals is in it. The instructions are enumerated and thinned even
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, permutations
 from typing import Any
@@ -41,7 +41,7 @@ _NEW_SHAPES: Mapping[str, tuple[int, tuple[str, ...]]] = {
     "cross": (5, ("arrange {} in a cross", "make a cross with {}")),
     "pyramid": (3, ("build a pyramid with {}", "make a pyramid out of {}")),
 }
-_PLACES: tuple[tuple[str, dict[str, str]], ...] = (
+_PLACES: tuple[tuple[str, dict[str, Any]], ...] = (  # how a place is said, and the slots of it
     ("", {}),
     (" on the left", {"x_position": "left"}),
     (" on the right", {"x_position": "right"}),
@@ -81,7 +81,7 @@ class _Words:
 
 def templated_goal_rows() -> list[GoalRow]:
     """List the instructions of the grammar; the strata are `FAMILIES`."""
-    makers = (
+    makers: tuple[Callable[[tuple[SceneObject, ...]], Iterator[tuple[str, Goal | str]]], ...] = (
         _two_structures, _structure_and_relation, _relations, _metric, _order, _new_shapes, _edges_and_groups,
         _single_objects, _not_to_be_built,
     )  # fmt: skip
@@ -103,6 +103,11 @@ def _kind(thing: SceneObject) -> str:
     return thing.name.rstrip(" 0123456789")
 
 
+def _color(thing: SceneObject) -> str:
+    assert thing.attributes is not None  # those of the benchmark are known
+    return thing.attributes.colors[0]
+
+
 def _plural(noun: str) -> str:
     return _PLURALS.get(noun, noun + "s")
 
@@ -112,7 +117,7 @@ def _groups(objects: tuple[SceneObject, ...], least: int = 2) -> list[_Words]:
     found: dict[str, list[int]] = {}
     for i, thing in enumerate(objects):
         found.setdefault(f"the {_plural(_kind(thing))}", []).append(i)
-        found.setdefault(f"the {thing.attributes.colors[0]} {_plural(_kind(thing))}", []).append(i)
+        found.setdefault(f"the {_color(thing)} {_plural(_kind(thing))}", []).append(i)
     groups = [_Words(text, tuple(indices)) for text, indices in found.items() if len(indices) >= least]
     pairs = [
         _Words(f"{one.text} and {other.text}", tuple(sorted(one.indices + other.indices)))
@@ -125,7 +130,7 @@ def _groups(objects: tuple[SceneObject, ...], least: int = 2) -> list[_Words]:
 def _singles(objects: tuple[SceneObject, ...]) -> list[_Words]:
     """Name each object that a noun, or a colour and a noun, tells from all others."""
     kinds = [_kind(thing) for thing in objects]
-    full = [f"{thing.attributes.colors[0]} {kind}" for thing, kind in zip(objects, kinds)]
+    full = [f"{_color(thing)} {kind}" for thing, kind in zip(objects, kinds)]
     found = []
     for i, kind in enumerate(kinds):
         if kinds.count(kind) == 1:

@@ -20,7 +20,7 @@ def canonical_part(part: Part) -> Part:
     if isinstance(part, RelationPart):
         return replace(part, objects=_sorted(part.objects), reference=_sorted(part.reference))
     order, objects = part.order, part.objects
-    if order is not None and order.by == "listed":
+    if order is not None and order.by == "listed" and objects is not None:
         if order.direction == "descending":
             order, objects = replace(order, direction=None), objects[::-1]
         if order.start in _FIRST_END:
@@ -41,14 +41,15 @@ def turned_part(part: Part) -> Part:
     """Turn every direction of a part by 180 degrees: the same part, spoken from the opposite side."""
 
     def other(value: str | None) -> str | None:
-        return OPPOSITE.get(value, value)  # type: ignore[arg-type]
+        return None if value is None else OPPOSITE.get(value, value)
 
     if isinstance(part, RelationPart):
         return replace(
-            part, relation=other(part.relation), x_position=other(part.x_position), y_position=other(part.y_position),
-            direction=other(part.direction),
+            part, relation=OPPOSITE.get(part.relation, part.relation), x_position=other(part.x_position),
+            y_position=other(part.y_position), direction=other(part.direction),
         )  # fmt: skip
     order = part.order
     if order is not None and order.start in ("left", "right", "near", "far"):
         order = replace(order, start=other(order.start))
-    return replace(part, **part.spec.turned().to_dict(), along=other(part.along), order=order)
+    slots: dict[str, Any] = dict(part.spec.turned().to_dict())
+    return replace(part, **slots, along=other(part.along), order=order)

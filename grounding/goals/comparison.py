@@ -59,7 +59,8 @@ def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComp
         for _, i, j in pairs:
             if i not in matching and j not in matching.values():
                 matching[i] = j
-    fills, wrong = [], []
+    fills: list[str] = []
+    wrong: list[str] = []
     for i, j in sorted(matching.items()):
         for key in _differences(ours[i], theirs[j], matching):
             filled = getattr(theirs[j], key) is None and getattr(ours[i], key) is not None and key != "objects"

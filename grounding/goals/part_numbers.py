@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from typing import Any
 
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart, StructurePart, takes_key
@@ -12,7 +13,7 @@ from grounding.goals.parts import Objects, Part, PartReference, RelationPart, St
 def renumbered(part: Part, place: Mapping[int, int]) -> Part:
     """Return a part whose references to other parts have new numbers; `place` maps each old one to the new one."""
 
-    def mapped(objects: Objects | None) -> Objects | None:
+    def mapped(objects: Any) -> Any:
         return PartReference(place[objects.part]) if isinstance(objects, PartReference) else objects
 
     if isinstance(part, StructurePart):
@@ -31,8 +32,10 @@ def laid_around(goal: Goal) -> Goal:
         ring = _ring(goal, part)
         if ring is None:
             kept.append(number)
-        else:
-            parts[ring] = replace(parts[ring], around=part.objects)
+            continue
+        structure = parts[ring]
+        assert isinstance(structure, StructurePart) and isinstance(part.objects, tuple)
+        parts[ring] = replace(structure, around=part.objects)
     if len(kept) == len(parts):
         return goal
     place = {old: new for new, old in enumerate(kept)}
@@ -46,9 +49,10 @@ def _ring(goal: Goal, part: Part) -> int | None:
     structure = goal.parts[part.reference.part]
     if not isinstance(structure, StructurePart) or not takes_key(structure.shape, "around"):
         return None
-    one = isinstance(part.objects, tuple) and len(part.objects) == 1 and part.distance is None
-    free = structure.around is None and not set(structure.objects or ()) & set(part.objects if one else ())
-    return part.reference.part if one and free else None
+    if not isinstance(part.objects, tuple) or len(part.objects) != 1 or part.distance is not None:
+        return None
+    free = structure.around is None and not set(structure.objects or ()) & set(part.objects)
+    return part.reference.part if free else None
 
 
 def still_to_build(goal: Goal, standing: Collection[int]) -> Goal:
@@ -70,9 +74,9 @@ def still_to_build(goal: Goal, standing: Collection[int]) -> Goal:
             kept.add(part.reference.part)  # what is put on a tower needs to know the tower
     place = {old: new for new, old in enumerate(sorted(kept))}
 
-    def written_out(objects: Objects | None) -> Objects | None:
+    def written_out(objects: Any) -> Any:
         outside = isinstance(objects, PartReference) and objects.part not in place
-        return goal.parts[objects.part].objects if outside else objects  # type: ignore[union-attr, return-value]
+        return goal.parts[objects.part].objects if outside else objects
 
     parts = [
         replace(part, objects=written_out(part.objects), reference=written_out(part.reference))

@@ -48,8 +48,9 @@ class PartReference:
     part: int
 
 
-# Indices into the scene's objects; the text's words where no scene is known; the structure of another part.
-Objects: TypeAlias = tuple[int, ...] | tuple[str, ...] | PartReference
+# Indices into the scene's objects, or the text's words where no scene is known; or the structure of another part.
+Members: TypeAlias = tuple[int | str, ...]
+Objects: TypeAlias = Members | PartReference
 
 
 @dataclass(frozen=True)
@@ -102,14 +103,14 @@ class StructurePart:
     x_position: str | None = None
     y_position: str | None = None
     rotation: str | None = None
-    objects: tuple[int, ...] | tuple[str, ...] | None = None
+    objects: Members | None = None
     order: Order | None = None
     gap: float | None = None
     radius: float | None = None
     length: float | None = None
     rows: int | None = None
     columns: int | None = None
-    around: tuple[int, ...] | tuple[str, ...] | None = None
+    around: Members | None = None
     along: str | None = None
     group_by: str | None = None
 
@@ -156,6 +157,11 @@ class StructurePart:
     def of(cls, spec: StructureSpec, objects: Sequence[int] | Sequence[str] | None = None) -> StructurePart:
         """Make the part of five slots and some objects."""
         return cls(**spec.to_dict(), objects=None if objects is None else tuple(objects))  # type: ignore[arg-type]
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Return its objects where these are indices; empty where they are words, or all that are left."""
+        return tuple(one for one in self.objects or () if isinstance(one, int))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the part as JSON values."""

@@ -134,7 +134,9 @@ class EncoderLayer:
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the arrays by their names in torch's `TransformerEncoderLayer`."""
-        parts = (self.attend, self.join, self.after_attention, self.widen, self.narrow, self.after_linear)
+        parts: tuple[Linear | Normalisation, ...] = (
+            self.attend, self.join, self.after_attention, self.widen, self.narrow, self.after_linear,
+        )  # fmt: skip
         return {
             name: array
             for names, part in zip(_TORCH_NAMES, parts, strict=True)

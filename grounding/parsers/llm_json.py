@@ -69,7 +69,7 @@ def brief(value: object, secrets: Collection[str]) -> str:
         if re.fullmatch(r"[A-Za-z_ ]{1,30}", words) and not any(shares_secret(words, secret) for secret in secrets):
             return json.dumps(words)
         return f"a text of {len(value)} characters"
-    return {list: "a list", dict: "an object"}.get(type(value), "a number")
+    return "a list" if isinstance(value, list) else "an object" if isinstance(value, dict) else "a number"
 
 
 def shares_secret(words: str, secret: str) -> bool:

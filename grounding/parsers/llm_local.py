@@ -220,7 +220,7 @@ def add_adapter(network: PreTrainedModel, adapter: Adapter) -> None:
     """
     for name, (a, b) in adapter.matrices.items():
         try:
-            weight = network.get_submodule(name).weight
+            weight = network.get_parameter(f"{name}.weight")
             weight.copy_(weight.float() + b.float() @ a.float())
         except (AttributeError, RuntimeError) as error:
             raise LLMError(f"the adapter does not fit the language model at {name}: {error}") from error

@@ -12,7 +12,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from grounding.atomic_files import unfinished_folder
 from grounding.parsers.llm_reply import LLMError
@@ -154,12 +154,13 @@ def _file_read_once() -> Iterator[None]:
     """
     import gguf
 
-    before = gguf.GGUFReader, gguf.get_tensor_name_map
-    gguf.GGUFReader, gguf.get_tensor_name_map = map(functools.cache, before)
+    library: Any = gguf  # its names are not meant to be replaced
+    before = library.GGUFReader, library.get_tensor_name_map
+    library.GGUFReader, library.get_tensor_name_map = map(functools.cache, before)
     try:
         yield
     finally:
-        gguf.GGUFReader, gguf.get_tensor_name_map = before
+        library.GGUFReader, library.get_tensor_name_map = before
 
 
 def _convert(gguf: Path, folder: Path) -> None:
@@ -176,7 +177,7 @@ def _convert(gguf: Path, folder: Path) -> None:
     try:
         with unfinished_folder(folder) as unfinished:
             with contextlib.redirect_stderr(io.StringIO()), _file_read_once():  # the converter's progress bars
-                source = {
+                source: dict[str, Any] = {
                     "pretrained_model_name_or_path": gguf.parent, "gguf_file": gguf.name, "trust_remote_code": False,
                 }  # fmt: skip
                 tokenizer = AutoTokenizer.from_pretrained(**source)

@@ -126,7 +126,7 @@ def _worded(written: WrittenGoal, text: str, stand_ins: StandIns, before: Goal) 
         found = parts_of(written, " ".join(written.words) if follows else text)
     except UnreadLengthError as error:
         return WordedGoal(written.certainty, problem=f"the instruction {error}", stand_ins=stand_ins)
-    known, about = (written.rendition.known, written.rendition.text) if follows else ({}, "")
+    known, about = ({}, "") if not isinstance(written, AfterGoal) else (written.rendition.known, written.rendition.text)
     parts = stand_ins.parts(found.parts)
     return WordedGoal(
         written.certainty, parts, found.kept, found.answer, known=known, before=before, about=about, stand_ins=stand_ins

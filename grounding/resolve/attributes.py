@@ -77,7 +77,7 @@ def _measures() -> dict[str, Measure]:
         (lambda size: size[1], PERCEIVED_RATIO, "widths", "wide broad thick fat", "narrow thin slim slender"),
         (lambda size: size[0], PERCEIVED_RATIO, "lengths", "long", ""),
     )
-    found = {}
+    found: dict[str, Measure] = {}
     for of, ratio, noun, more, less in kinds:
         for words, sign in ((more, 1), (less, -1)):
             found |= {word: Measure(of, sign, ratio, noun) for word in words.split()}
@@ -136,11 +136,12 @@ def of_color(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int]
         word: one that names a colour.
         objects: the known attributes of each object.
     """
-    if any(each is None or not each.colors for each in objects):
+    colors = [() if each is None else each.colors for each in objects]
+    if not all(colors):
         return None
     wanted = COLOR_WORDS[_plain_color(word)]
-    best = [i for i, each in enumerate(objects) if each.colors[0] in wanted]
-    return best or [i for i, each in enumerate(objects) if any(color in wanted for color in each.colors)]
+    best = [i for i, own in enumerate(colors) if own[0] in wanted]
+    return best or [i for i, own in enumerate(colors) if any(color in wanted for color in own)]
 
 
 def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:

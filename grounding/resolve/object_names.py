@@ -83,7 +83,9 @@ def rivals(word: str) -> tuple[str, ...]:
 
 def vocabulary(names: Sequence[str | None]) -> Vocabulary:
     """Collect the nouns of the tables and the names, and other words of the names that can stand for the object."""
-    forms, heads, compounds = dict(FORMS), set(), set()
+    forms = dict(FORMS)
+    heads: set[str] = set()
+    compounds: set[tuple[str, str]] = set()
     for name in map(read_name, {as_named(name or "", names) for name in names}):
         for word in (*name.heads, *name.words):
             blocked = word in FUNCTION_WORDS or word in NOT_OBJECTS or word in GENERIC or word in ADJECTIVES

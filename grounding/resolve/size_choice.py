@@ -51,8 +51,9 @@ class SizeChoice:
         one = not many and (test.value > 0 or len(found) == 2)
         wanted = count if count is not None else (1 if one else None)
         told = test.value > 0 or count is not None or len(fits) == 1
-        fewer = wanted is not None and wanted < len(found) and told
-        if fewer and not self._alike(test.word, found[order[wanted - 1]], found[order[wanted]]):
+        if wanted is None or wanted >= len(found) or not told:
+            return [found[i] for i in fits]
+        if not self._alike(test.word, found[order[wanted - 1]], found[order[wanted]]):
             return [found[i] for i in order[:wanted]]
         return [found[i] for i in fits]
 

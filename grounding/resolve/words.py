@@ -42,8 +42,10 @@ class WordPhrases:
             for words in self._divided(text):
                 phrase = self._one(words)
                 kind = phrase.kind if phrase is not None else "objects"
-                everything = kind in ("all", "rest") or (kind == "pronoun" and phrase.plural and not others)
-                if everything and group.role == "structure" and len(group.texts) == 1 and not phrase.without:
+                several = phrase is not None and phrase.plural and not others
+                everything = kind in ("all", "rest") or (kind == "pronoun" and several)
+                without = phrase is not None and phrase.without
+                if everything and group.role == "structure" and len(group.texts) == 1 and not without:
                     return None
                 if kind in ("pronoun", "twin"):
                     return ResolveError(f"it is not said what {words!r} stands for")

@@ -34,7 +34,7 @@ from grounding.propose.proposal import Proposal
 from grounding.propose.resolution import resolved
 from grounding.resolve.attributes import SceneObject
 from grounding.spec import StructureSpec
-from grounding.training.goal_corrections import goal_corrections, goals_of
+from grounding.training.goal_corrections import GoalCorrection, goal_corrections, goals_of
 from grounding.training.goal_lines import GoalLine, LabelError, goal_lines
 from grounding.training.goal_reader import held_out
 from grounding.verify.verifier import WEIGHTS, Verifier
@@ -68,7 +68,8 @@ class JudgedText:
 
 def texts(encoder: SentenceEncoder) -> Iterator[JudgedText]:
     """Yield all texts; labelled instructions also as if nobody knew what is there."""
-    for row in filter(held_out, (*goal_lines(), *goal_corrections())):
+    rows: list[GoalLine | GoalCorrection] = [*goal_lines(), *goal_corrections()]
+    for row in filter(held_out, rows):
         objects = goal_scenes()[row.scene]
         try:
             before, goal = goals_of(row)

@@ -70,7 +70,8 @@ def _structure(
         return replace(part, **{key: None if rng.random() < 0.45 else _other_value(part, key, rng)})
     if kind < 0.5:
         slot = str(rng.choice(SLOTS_OF_SHAPE[part.shape]))
-        return None if getattr(part, slot) else replace(part, **{slot: str(rng.choice(LEGAL_VALUES[slot]))})
+        new: dict[str, Any] = {slot: str(rng.choice(LEGAL_VALUES[slot]))}
+        return None if getattr(part, slot) else replace(part, **new)
     if kind < 0.65:
         return replace(part, shape=str(rng.choice(LEGAL_VALUES["shape"])))
     objects = _other_objects(part.objects, others, 2, rng)
@@ -84,7 +85,8 @@ def _relation(part: RelationPart, others: Sequence[int], count: int, rng: np.ran
             return replace(part, direction=str(rng.choice(MOVE_DIRECTIONS)))
         if part.relation == "at":
             slot = str(rng.choice(["x_position", "y_position"]))
-            return replace(part, **{slot: str(rng.choice(LEGAL_VALUES[slot]))})
+            new: dict[str, Any] = {slot: str(rng.choice(LEGAL_VALUES[slot]))}
+            return replace(part, **new)
         distance = part.distance if part.relation != "on" and rng.random() < 0.8 else None
         return replace(part, relation=str(rng.choice(_NEIGHBOURS)), distance=distance)
     if kind < 0.5 and part.distance is not None:
@@ -95,7 +97,8 @@ def _relation(part: RelationPart, others: Sequence[int], count: int, rng: np.ran
     own = getattr(part, key)
     everyone = [index for index in range(count) if not isinstance(own, tuple) or index not in own]
     objects = _other_objects(own, everyone, 1, rng)
-    return None if objects is None else replace(part, **{key: objects})
+    changed: dict[str, Any] = {key: objects}
+    return None if objects is None else replace(part, **changed)
 
 
 def _other_value(part: StructurePart, key: str, rng: np.random.Generator) -> Any:

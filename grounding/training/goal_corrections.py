@@ -132,9 +132,8 @@ def goals_of(row: GoalLine | GoalCorrection) -> tuple[Goal, Goal | None]:
     Raises:
         LabelError: for labels that are not legal.
     """
-    count, said = len(goal_scenes()[row.scene]), isinstance(row, GoalCorrection)
-    label = row.after if said else row.label
-    before = goal_of(row.before, count) if said else Goal()
+    count = len(goal_scenes()[row.scene])
+    label, before = (row.after, goal_of(row.before, count)) if isinstance(row, GoalCorrection) else (row.label, Goal())
     return before, None if plain_label(label) in (*NO_GOAL, "computed") else goal_of(label, count)
 
 
@@ -175,7 +174,7 @@ def _without(goal: Goal, count: int, kept: Sequence[int]) -> Goal:
 
 def _of_others(part: StructurePart, rest: Sequence[int], kept: Sequence[int]) -> StructurePart:
     """Return a structure without what is kept; of "(all)" the rest is left."""
-    named = rest if part.objects is None else part.objects
+    named: Sequence[int | str] = rest if part.objects is None else part.objects
     return replace(part, objects=tuple(index for index in named if index not in kept) or part.objects)
 
 
@@ -317,7 +316,7 @@ class DrawnCorrections:
         rendition = rendition_of(goal, goal_scenes()[line.scene])
         label = plain_label(line.label)
         apart = label not in NO_GOAL and _apart(goal, goal_of(line.label))
-        starts = _ANEW if apart else ("", *_ANEW)
+        starts: tuple[str, ...] = _ANEW if apart else ("", *_ANEW)
         if apart and self.rng.random() < 0.7:
             before = len(goal.structures)
             later = re.sub(r"structure (\d)", lambda found: f"structure {int(found[1]) + before}", label)

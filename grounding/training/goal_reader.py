@@ -170,8 +170,10 @@ def _tasks(texts: Sequence[GoalLine | GoalCorrection], seen: bool) -> list[Label
         if held_out(each) == seen:
             continue
         try:
-            said = isinstance(each, GoalCorrection)
-            task = corrected(each) if said else labelled(each.text, each.label, scene=each.scene)
+            if isinstance(each, GoalCorrection):
+                task = corrected(each)
+            else:
+                task = labelled(each.text, each.label, scene=each.scene)
         except LabelError:
             continue  # as with more than nine parts
         if len(task.words) <= MOST_SAID:

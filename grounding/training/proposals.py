@@ -87,8 +87,10 @@ def write_proposals(
     """
     encoder = SentenceEncoder()
     proposer = NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder, *([] if network is None else [network])))
+    if rows is None:
+        rows = [*goal_lines(), *goal_corrections()]
     legal = []
-    for row in (*goal_lines(), *goal_corrections()) if rows is None else rows:
+    for row in rows:
         try:
             before, goal = goals_of(row)
         except LabelError:
@@ -114,8 +116,10 @@ def main() -> None:
     parser.add_argument("--network", type=Path, metavar="DIR", help="folder of the network; by default the shipped one")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th text")
     given = parser.parse_args()
-    rows = [*goal_lines(), *goal_corrections()][:: given.every]
-    write_proposals(given.out, given.network, lambda line: print(line, file=sys.stderr, flush=True), rows)
+    rows: list[GoalLine | GoalCorrection] = [*goal_lines(), *goal_corrections()]
+    write_proposals(
+        given.out, given.network, lambda line: print(line, file=sys.stderr, flush=True), rows[:: given.every]
+    )
 
 
 if __name__ == "__main__":

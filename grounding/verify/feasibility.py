@@ -30,11 +30,8 @@ def infeasible(goal: Goal, names: Sequence[str]) -> str:
     elsewhere = {one for one in goal.named_objects() if isinstance(one, int)}
     for part in goal.parts:
         if isinstance(part, StructurePart):
-            members = (
-                [one for one in range(len(names)) if one not in elsewhere]
-                if part.objects is None
-                else list(part.objects)
-            )
+            free = tuple(one for one in range(len(names)) if one not in elsewhere)
+            members = free if part.objects is None else part.objects
             found = _structure(part, members, names) or _pieces(part, goal, names)
         else:
             found = _relation(part, names)
@@ -58,12 +55,12 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
             _fewer(part, members)
             if len(members) > 1
             else Goal((RelationPart("at", tuple(members), x_position="left"),))
-        )  # type: ignore[arg-type]
+        )
         needed = words.least if words.figure is None else words.figure.legal_numbers()
         return f"{what} needs {needed} objects, and {count}; say {worded_goal(instead, names)!r}"
     if words.figure is not None and len(members) not in words.figure.legal:
-        fitting = max(number for number in words.figure.legal if number < len(members))
-        some = Goal((replace(part, objects=tuple(members[:fitting])),))  # type: ignore[arg-type]
+        most = max(number for number in words.figure.legal if number < len(members))
+        some = Goal((replace(part, objects=tuple(members[:most])),))
         return (
             f"{what} needs {words.figure.legal_numbers()} objects, and {those} are {len(members)}; say "
             f"{worded_goal(some, names)!r}"
@@ -86,13 +83,13 @@ def _fewer(part: StructurePart, members: Sequence[int | str]) -> Goal:
     shape = part.shape or ""
     for end in range(len(shape) - 1, len(WORD) + 1, -1) if shape.startswith(WORD) else ():
         if len(members) in words_of(shape[:end]).figure.legal:  # type: ignore[union-attr]
-            return Goal((replace(part, shape=shape[:end], objects=tuple(members)),))  # type: ignore[arg-type]
+            return Goal((replace(part, shape=shape[:end], objects=tuple(members)),))
     return _line(part, members)
 
 
 def _line(part: StructurePart, members: Sequence[int | str]) -> Goal:
     """Return a line of some objects where the structure was to be."""
-    return Goal((StructurePart("line", None, part.x_position, part.y_position, objects=tuple(members)),))  # type: ignore[arg-type]
+    return Goal((StructurePart("line", None, part.x_position, part.y_position, objects=tuple(members)),))
 
 
 def _filled(rows: int, columns: int, count: int) -> bool:

@@ -130,7 +130,7 @@ def _one(rng: Rng, values: Sequence[Any]) -> Any:
 
 def _two_structures(cast: Cast, kind: str, rng: Rng) -> list[Part]:
     first, second = cast.structure(kind), cast.structure(other := str(rng.choice(_COMPOSED)))
-    places: list[dict[str, str]] = [{}, {}]
+    places: list[dict[str, Any]] = [{}, {}]
     if (sides := rng.random()) < 0.5:
         left = int(rng.integers(2))
         places[left], places[1 - left] = {"x_position": "left"}, {"x_position": "right"}
@@ -191,11 +191,11 @@ def _metric(cast: Cast, kind: str, rng: Rng) -> list[Part]:
 def _order(cast: Cast, kind: str, rng: Rng) -> list[Part]:
     shape, by = kind.split(" by ")
     if by == "listed":
-        members = list(cast.structure(shape, 3 if shape == "line" else 2))
+        listed = list(cast.structure(shape, 3 if shape == "line" else 2))
         if shape == "line":  # a tower of these stands as it was chosen: what cannot carry is on top
-            rng.shuffle(members)
-        start = "bottom" if shape == "tower" else str(rng.choice(("left", "right", "near", "far")))
-        return [StructurePart(shape, objects=tuple(members), order=Order("listed", None, start))]
+            rng.shuffle(listed)
+        first = "bottom" if shape == "tower" else str(rng.choice(("left", "right", "near", "far")))
+        return [StructurePart(shape, objects=tuple(listed), order=Order("listed", None, first))]
     models = _apart(cast.free(shape), by, int(rng.integers(3, 5)) if shape == "line" else 3, rng)
     members = cast.add(models)
     if shape == "tower":

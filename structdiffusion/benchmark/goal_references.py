@@ -130,12 +130,10 @@ class ReferenceSearch:
             bound: a relation that it must stand in as a whole.
             apart: objects of other groups, from which it keeps their distance.
         """
-        members = list(self._members(part.objects))
-        if part.order is not None and part.order.by != "listed":
-            members.sort(
-                key=lambda i: measure(self._models[i], part.order.by), reverse=part.order.direction == "descending"
-            )
-        if part.order is not None and part.order.start in ("right", "far", "top"):
+        members, order = list(self._members(part.objects)), part.order
+        if order is not None and order.by != "listed":
+            members.sort(key=lambda i: measure(self._models[i], order.by), reverse=order.direction == "descending")
+        if order is not None and order.start in ("right", "far", "top"):
             members.reverse()
         items = [layout_item(self._models[i], self._yaws[i]) for i in members]
         try:
@@ -258,7 +256,7 @@ class ReferenceSearch:
         """Put an object on another, or as deep into it as it goes."""
         at = outline_centroid(self._outlines[below])
         base, top = self._base(below)[2, 3], self._models[below].height
-        pose = pose_from_xyz_yaw(*at, base + top + LIFT, self._yaws[index])
+        pose = pose_from_xyz_yaw(at[0], at[1], base + top + LIFT, self._yaws[index])
         if inside:
             with TabletopWorld([self._models[below]], [self._base(below)], self._table) as world:
                 number = world.add(self._models[index], pose)
@@ -288,7 +286,7 @@ class ReferenceSearch:
             clearance: to `related`, m; to everything else it is the usual one.
             related: objects that it may come closer to.
         """
-        pose = pose_from_xyz_yaw(*centroid, LIFT, self._yaws[index])
+        pose = pose_from_xyz_yaw(centroid[0], centroid[1], LIFT, self._yaws[index])
         outline = self._outline(index, pose)
         if self._table.overhang(outline) > 0:
             return False

@@ -164,7 +164,7 @@ def _scatter(models: Sequence[ObjectModel], table: Table, rng: np.random.Generat
         else:
             raise SceneError("there is no free place left on the table for the objects at first")
         standing.append(outline + at)
-        poses.append(pose_from_xyz_yaw(*at, 0.0, yaw))
+        poses.append(pose_from_xyz_yaw(at[0], at[1], 0.0, yaw))
     return np.array(poses)
 
 

@@ -122,7 +122,8 @@ def observed_scenes(shape: str, objects: int, count: int, seed: int = 0) -> list
         SceneError: if so many objects cannot form the shape.
         ObservationError: if an object is hidden in draw after draw.
     """
-    library, scenes, misses = procedural_objects(170), [], 0
+    scenes: list[Scene] = []
+    library, misses = procedural_objects(170), 0
     while len(scenes) < count:
         rng = np.random.default_rng((seed, len(scenes), misses))
         try:
@@ -142,7 +143,7 @@ def loaded(model: str, weights: Path | None = None) -> Planner:
     A planner that takes a sentence tries nothing in physics: this module has no sentence encoder, and uses a stand-in
     embedding. Sampling and ranking take as long with it, but the arrangements would not stand.
     """
-    planner = load_planner(model, weights)
+    planner: Any = load_planner(model, weights)
     if PLANNERS[model].sentence:
         planner.post_process = planner.post_process.without_physics()
     return planner

@@ -187,7 +187,8 @@ def draw_evaluation_scene(
     for draw in range(_MAX_DRAWS) if accepted is None else (accepted,):
         rng = _generator(seed, shape, number, draw, _DRAWING)
         try:
-            drawn_spec = full_spec(shape, rng) if spec is None else spec
+            drawn_spec = spec if spec is not None or shape is None else full_spec(shape, rng)
+            assert drawn_spec is not None
             count = _count(shape, conditions, draw, rng)
             drawn = draw_scene(models, drawn_spec, rng, count=count, table=conditions.table)
             if shape is not None and STRUCTURES[shape].exact_count and count is not None and drawn.count < count:

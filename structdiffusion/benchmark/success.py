@@ -80,7 +80,9 @@ class SceneResult:
             return None
         if self.failure == "intersection":
             return list(self.motions @ self.scene.drawn.world_from_initial[: self.scene.drawn.count])
-        return [None if np.isnan(pose).any() else pose for pose in self.verdicts[0].world_from_final]
+        final = self.verdicts[0].world_from_final
+        assert final is not None
+        return [None if np.isnan(pose).any() else pose for pose in final]
 
     def to_dict(self) -> Row:
         """Return the row as JSON-ready values."""

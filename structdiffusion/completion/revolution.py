@@ -59,8 +59,8 @@ class Turned:
         angles = np.arange(_SIDES + 1) * 2 * math.pi / _SIDES
         around = np.stack((np.cos(angles), np.sin(angles)), axis=1)
         heights = self.inner[:, 1]
-        rings = (self.inner[:, 0], np.interp(heights, self.outer[:, 1], self.outer[:, 0]) + EDGE)
-        rings = [_round_radius(ring, _SIDES) for ring in rings]
+        radii = (self.inner[:, 0], np.interp(heights, self.outer[:, 1], self.outer[:, 0]) + EDGE)
+        rings = [_round_radius(ring, _SIDES) for ring in radii]
         corners = np.array([
             [np.column_stack((ring[k] * around, np.full(_SIDES + 1, z))) for ring in rings]
             for k, z in enumerate(heights)

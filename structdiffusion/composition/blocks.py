@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -91,5 +91,5 @@ class Block:
         return replace(self, bodies=bodies, motions={i: up @ motion for i, motion in self.motions.items()})
 
 
-def _shifted(body: PlacedBody, by: Sequence[float]) -> PlacedBody:
+def _shifted(body: PlacedBody, by: np.ndarray) -> PlacedBody:
     return replace(body, footprint=body.footprint + by, centroid=body.centroid + by)

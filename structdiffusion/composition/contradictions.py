@@ -40,12 +40,9 @@ def require_consistent(goal: Goal, bonds: Sequence[Bond], names: Sequence[str]) 
         for number, part in enumerate(goal.parts):
             if not isinstance(part, StructurePart) or part.shape is None or structure_named(part.shape).stacks:
                 continue
-            if set(bond.members) & set(part.around or ()):
-                refuse(
-                    bond.number,
-                    number,
-                    f"the {names[part.around[0]]} in the middle of the {part.shape} stays where it is",
-                )
+            for one in set(bond.members) & set(part.around or ()):
+                what = f"the {names[one]} in the middle of the {part.shape} stays where it is"
+                refuse(bond.number, number, what)
             settings = structure_named(part.shape).nouns is not None  # a bowl may stand on the plate of a table setting
             if bond.relation.carried and not settings and set(bond.members) & set(part.objects or ()):
                 refuse(bond.number, number, f"what stands in the {part.shape} stands on the table")

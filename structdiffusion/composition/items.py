@@ -116,7 +116,7 @@ class TableState:
         flat = scene.on_the_table()
         bodies = completed_bodies_of(clouds, scene.world_from_camera)
         lowered = (*flat.objects, *flat.distractors)
-        items = []
+        items: list[Item] = []
         for cloud, low, (shape, model, pose) in zip(clouds, lowered, bodies, strict=True):
             seen = estimate(low)
             items.append(Item(len(items), cloud, seen, model, pose, seen.hollow or shape.hollow))

@@ -24,11 +24,12 @@ def in_another_order(part: StructurePart, state: TableState, number: int, rng: n
     Hidden sides of the objects decide which order is stable.
     """
     structure = STRUCTURES.get(part.shape or "")
-    orderable = structure is not None and structure.stacks and part.shape in SHAPES_OF_KEY["order"]
-    if not orderable or part.order is not None or number % 2 == 0:
+    if structure is None or not structure.stacks or part.shape not in SHAPES_OF_KEY["order"]:
         return part
-    objects = tuple(part.objects or ())
-    items = [state.items[i].layout_item() for i in objects]  # type: ignore[index]
+    if part.order is not None or number % 2 == 0:
+        return part
+    objects = part.indices
+    items = [state.items[i].layout_item() for i in objects]
     random = np.tile(np.arange(len(objects)), (_ORDERS, 1))
     orders = structure.order_places(items, random, rng)
     chosen = random[0] if orders is None else orders[-1]

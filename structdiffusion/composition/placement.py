@@ -230,7 +230,7 @@ class Placer:
         bodies = self.state.standing(placement.bodies).bodies
         within = set(carriers) | self._beside_in_the_vessel(unit)
         present = (set(placement.bodies) | self.stays) - set(unit.members) - within
-        clear, hits = np.full(len(origins), 1.0), [set() for _ in origins]
+        clear, hits = np.full(len(origins), 1.0), [set[int]() for _ in origins]
         for body in block.bodies.values():
             near = [
                 i

@@ -69,7 +69,7 @@ class StructureBlocks:
         Raises:
             LayoutError: if these objects cannot make this structure on this table.
         """
-        members = tuple(part.objects or ())
+        members = part.indices
         rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
         blocks: list[Block] = []
         if self.planner is not None and not part.keys and not only_placed(part):
@@ -125,7 +125,7 @@ class StructureBlocks:
                     motions = self._grouped(part, spec, members, rng)
                 else:
                     ordered = in_another_order(part, self.state, number, rng)
-                    motions = self._drawn(ordered, spec, ordered.objects, heading_of(part, number, rng), rng)
+                    motions = self._drawn(ordered, spec, ordered.indices, heading_of(part, number, rng), rng)
                 blocks.append(self._block(part, motions, 1.0))
             except LayoutError as error:
                 reason = reason or error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 from zlib import error as ZlibError
 
@@ -21,7 +22,8 @@ class DataFolderError(ValueError):
 def save_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
     """Write a compressed .npz file atomically: it is complete or absent."""
     content = io.BytesIO()
-    np.savez_compressed(content, **arrays)
+    named: dict[str, Any] = {**arrays}
+    np.savez_compressed(content, **named)
     write_whole(path, content.getvalue())
 
 

@@ -210,8 +210,9 @@ def _scatter(
     for model in extra:
         yaw = rng.uniform(-np.pi, np.pi)
         at = put(turned(model.footprint, yaw), standing + goal)
-        extra_poses.append(pose_from_xyz_yaw(*at, 0.0, yaw))
-    poses = [
-        pose_from_xyz_yaw(*put(turned(model.footprint, yaw), standing), 0.0, yaw) for model, yaw in zip(chosen, yaws)
-    ]
+        extra_poses.append(pose_from_xyz_yaw(at[0], at[1], 0.0, yaw))
+    poses = []
+    for model, yaw in zip(chosen, yaws):
+        at = put(turned(model.footprint, yaw), standing)
+        poses.append(pose_from_xyz_yaw(at[0], at[1], 0.0, yaw))
     return np.array(poses + extra_poses)

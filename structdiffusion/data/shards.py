@@ -75,7 +75,7 @@ def draw_shard(
         shape, row, scene = _try(models, rng, crowded)
         tries[shape]["tries"] += 1
         tries[shape]["accepted" if row is not None else "no scene" if scene is None else "fell"] += 1
-        if row is None:
+        if row is None or scene is None:
             continue
         rows.append(row)
         if not STRUCTURES[shape].stacks and tries[shape]["proven"] < proven:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -110,7 +111,7 @@ class PoseBackbone(Checkpointed):
 
     def __init__(self, config: BackboneConfig, language_extra: int = 0, object_extra: int = 0) -> None:
         super().__init__()
-        self.config = config
+        self.config: Any = config
         width = config.width
         self.point_encoder = PointEncoder(3, config.point_width, config.point_width)
         self.outline = nn.Sequential(nn.Linear(OUTLINE_FEATURES, 64), nn.GELU(), nn.Linear(64, 64))

@@ -47,6 +47,7 @@ class Checkpointed(nn.Module):
 
     kind: str
     Config: type
+    config: Any  # of the type `Config`
 
     def save_pretrained(self, folder: str | Path) -> None:
         """Write config and weights (half precision) to a folder, which is created."""
@@ -81,8 +82,8 @@ class Checkpointed(nn.Module):
             raise CheckpointError(f"{folder / CONFIG_NAME} is of kind {kind!r}; expected {cls.kind!r}")
         unknown = sorted(set(values) - known)
         if unknown:
-            legal = ", ".join(sorted(known))
-            raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {legal}")
+            listed = ", ".join(sorted(known))
+            raise CheckpointError(f"{folder / CONFIG_NAME} has the unknown key {unknown[0]!r}; legal: {listed}")
         values = {key: value for key, value in ADDED_KEYS.items() if key in known} | values
         try:
             legal = checked_values(cls.Config, values)

@@ -95,6 +95,7 @@ class TimeEmbedding(nn.Module):
         super().__init__()
         steps = torch.arange(width // 2, device="cpu")  # on the meta device, arithmetic imports torch's compiler
         frequencies = torch.exp(-math.log(1000.0) * steps / (width // 2 - 1))
+        self.frequencies: Tensor
         self.register_buffer("frequencies", frequencies, persistent=False)
         self.mlp = nn.Sequential(nn.Linear(width, width), nn.GELU(), nn.Linear(width, out))
 

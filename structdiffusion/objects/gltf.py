@@ -46,7 +46,7 @@ def gltf_faces(path: Path) -> int:
 
 def _text_of(path: Path) -> dict[str, Any]:
     if path.suffix.lower() == ".gltf":
-        return json.loads(read_at_most(path, MESH_BYTES))  # type: ignore[no-any-return]
+        return json.loads(read_at_most(path, MESH_BYTES))
     with path.open("rb") as file:
         header = file.read(20)
         if len(header) < 20 or header[:4] != b"glTF":
@@ -54,7 +54,7 @@ def _text_of(path: Path) -> dict[str, Any]:
         (length,) = struct.unpack("<I", header[12:16])
         if length > GLTF_TEXT_BYTES:
             raise ValueError(f"its text has {length} bytes; at most {GLTF_TEXT_BYTES} are read")
-        return json.loads(file.read(length))  # type: ignore[no-any-return]
+        return json.loads(file.read(length))
 
 
 def _primitive_faces(content: dict[str, Any], part: dict[str, Any]) -> int:

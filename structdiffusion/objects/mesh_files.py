@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -68,11 +69,11 @@ def read_parts(path: Path) -> list[MeshPart]:
 def _parts_of(path: Path) -> list[MeshPart]:
     """Return the named surfaces of a file where they stand in it, without materials, which name further files."""
     suffix = path.suffix.lower()
+    options: dict[str, Any] = {"resolver": OwnFolder(path), "process": False, "skip_materials": True}
+    if suffix == ".obj":
+        options |= {"split_objects": True, "group_material": False}
     with path.open("rb") as file:
-        loaded = trimesh.load_scene(
-            file, file_type=suffix[1:], resolver=OwnFolder(path), process=False, skip_materials=True,
-            **({"split_objects": True, "group_material": False} if suffix == ".obj" else {}),
-        )  # fmt: skip
+        loaded = trimesh.load_scene(file, file_type=suffix[1:], **options)
     surfaces: dict[tuple[str, str], list[trimesh.Trimesh]] = {}
     for node in loaded.graph.nodes_geometry:
         pose, geometry = loaded.graph[node]
@@ -104,7 +105,9 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def _one(surfaces: Sequence[trimesh.Trimesh]) -> trimesh.Trimesh:
-    return surfaces[0] if len(surfaces) == 1 else trimesh.util.concatenate(list(surfaces))
+    joined = surfaces[0] if len(surfaces) == 1 else trimesh.util.concatenate(list(surfaces))
+    assert isinstance(joined, trimesh.Trimesh)
+    return joined
 
 
 def _objects(parts: Sequence[MeshPart]) -> list[MeshPart]:

@@ -46,7 +46,7 @@ def prepare_apart(path: Path, name: str, category: str | None = None) -> list[Ob
     if isinstance(result, ObjectError):
         raise result
     sys.stderr.write(done.stderr.decode(errors="replace"))  # its warnings
-    return result  # type: ignore[no-any-return]
+    return result
 
 
 def _end_of_process(done: subprocess.CompletedProcess[bytes]) -> str:

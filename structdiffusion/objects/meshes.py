@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import manifold3d
 import numpy as np
@@ -47,7 +48,8 @@ def clean(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
     )
     areas, least = mesh.area_faces, 0.02 * mesh.area
     kept = [faces for faces in connected if areas[faces].sum() > least]
-    pieces = list(mesh.submesh(kept, only_watertight=False)) if kept else []
+    found: Any = mesh.submesh(kept, only_watertight=False) if kept else []
+    pieces = list(found)
     for piece in pieces:
         piece.fix_normals()
     return pieces
@@ -59,7 +61,9 @@ def join(pieces: list[trimesh.Trimesh]) -> trimesh.Trimesh:
         return pieces[0]
     solids = [_solid(piece) for piece in pieces]
     if any(solid.status() != manifold3d.Error.NoError for solid in solids):
-        return trimesh.util.concatenate(pieces)
+        joined = trimesh.util.concatenate(pieces)
+        assert isinstance(joined, trimesh.Trimesh)
+        return joined
     united = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add).to_mesh()
     return trimesh.Trimesh(united.vert_properties[:, :3], united.tri_verts, process=True)
 

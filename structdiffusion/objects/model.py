@@ -137,7 +137,7 @@ def footprint_centroid(points_xy: np.ndarray) -> np.ndarray:
 
 def unique_names(models: Sequence[ObjectModel]) -> list[str]:
     """Name each object by its category, numbered if several have the same category."""
-    total, seen = Counter(model.category for model in models), Counter()
+    total, seen = Counter(model.category for model in models), Counter[str]()
     names = []
     for category in (model.category for model in models):
         seen[category] += 1

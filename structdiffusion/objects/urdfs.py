@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -50,19 +51,28 @@ def _object(urdf: Path) -> ObjectModel | None:
 
     from structdiffusion.objects.meshes import ObjectProperties, object_from_mesh
 
-    link = ElementTree.parse(urdf).getroot().find("link")
-    shape = link.find("collision/geometry/mesh")
-    mesh = trimesh.load(urdf.parent / shape.get("filename"), force="mesh", process=False)
-    mesh.apply_scale(np.array(shape.get("scale").split(), dtype=float))
+    root = ElementTree.parse(urdf).getroot()
+    mesh: Any = trimesh.load(
+        urdf.parent / _value(root, "collision/geometry/mesh", "filename"), force="mesh", process=False
+    )
+    mesh.apply_scale(np.array(_value(root, "collision/geometry/mesh", "scale").split(), dtype=float))
     if not np.isfinite(mesh.vertices).all() or mesh.extents.max() > _LARGEST:
         return None
-    color = tuple(float(value) for value in link.find("visual/material/color").get("rgba").split()[:3])
+    red, green, blue, *_ = (float(value) for value in _value(root, "visual/material/color", "rgba").split())
     properties = ObjectProperties(
         name=f"random_{urdf.stem}",
         category="object",
         source="random_urdfs",
-        mass=float(link.find("inertial/mass").get("value")),
+        mass=float(_value(root, "inertial/mass", "value")),
         friction=_FRICTION,
-        color=color,
+        color=(red, green, blue),
     )
     return object_from_mesh(mesh, properties, settle_within=math.pi)  # they have no upright pose of their own
+
+
+def _value(root: ElementTree.Element, path: str, key: str) -> str:
+    """Return what the first link of a body says of one of its parts."""
+    part = root.find(f"link/{path}")
+    value = None if part is None else part.get(key)
+    assert value is not None  # PyBullet's files are all alike
+    return value

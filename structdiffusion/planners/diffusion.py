@@ -80,7 +80,7 @@ class DiffusionPlanner:
     ) -> PoseSamples:
         """Sample `count` arrangements, as the model gives them."""
         samples = prepare_samples(self.model, seen, goal, self.sentence, count, generator)
-        score = StructureScore.of(self.guide, seen, samples, goal) if self.guidance else None
+        score = StructureScore.of(self.guide, seen, samples, goal) if self.guide is not None and self.guidance else None
         state = torch.randn(count, 1 + len(seen.objects), 9, generator=generator)
         timesteps = self.scheduler.timesteps
         for index, timestep in enumerate(timesteps):

@@ -86,9 +86,10 @@ def _load_judges(
     parts: PlannerParts, folder: Path
 ) -> tuple[PostProcessor, PoseSearch | None, StructureDiscriminator | None]:
     """Load the post-processing of a planner, and its search and guidance if it has them."""
-    ranker = structure = None
-    if parts.ranked or parts.cem or parts.guidance:
-        structure = StructureDiscriminator.from_pretrained(folder / "structure")
+    if not (parts.ranked or parts.cem or parts.guidance):
+        return PostProcessor(parts.placed, parts.refined, None, parts.rollouts), None, None
+    structure = StructureDiscriminator.from_pretrained(folder / "structure")
+    ranker = None
     if parts.ranked:
         ranker = Ranker(
             structure,

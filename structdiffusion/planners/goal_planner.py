@@ -115,7 +115,7 @@ class GoalPlanner:
     ) -> list[GoalArrangement]:
         part = goal.parts[0]
         assert isinstance(part, StructurePart)
-        members: tuple[int, ...] = tuple(part.objects or ())  # type: ignore[assignment]
+        members = part.indices
         flat = scene.on_the_table().select(members)
         arrangements = self.planner.propose(flat, asked, count=count, generator=generator)
         proposed = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from typing import Any
 
 from grounding.spec import FIRST_SHAPES
 from structdiffusion.models import structformer_name
@@ -55,7 +56,7 @@ _FULL = PlannerParts("diffusion", rollouts=_TRIED)
 # What ranking and geometry mend does not show in raw samples: these take the steps with which they were measured.
 _RAW_STEPS = 25
 _UNRANKED = replace(_FULL, ranked=False, rollouts=0, steps=_RAW_STEPS)
-_AS_IN_THE_PAPER = {
+_AS_IN_THE_PAPER: dict[str, Any] = {
     "placed": False, "refined": False, "mean_collision": True, "bounds": False, "checks": False, "rollouts": 0,
 }  # fmt: skip
 _PAPER = replace(_FULL, **_AS_IN_THE_PAPER, steps=_RAW_STEPS)

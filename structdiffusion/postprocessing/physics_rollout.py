@@ -73,7 +73,8 @@ class PhysicsRollout:
         if (number, order) in self._assumed:
             return self._assumed[number, order]
         rng = np.random.default_rng(number)
-        models, errors = [], []
+        models: list[ObjectModel] = []
+        errors = []
         for level in np.argsort(order):
             broad, high = _SIZE * rng.standard_normal(2)
             if number <= 2:
@@ -82,7 +83,8 @@ class PhysicsRollout:
             stretch = np.array([1 + broad / model.radius] * 2 + [1 + high / model.height])
             hulls = tuple(hull * np.clip(stretch, 0.8, 1.25) for hull in model.hulls)
             models.append(replace(model, hulls=hulls, mass=model.mass * math.exp(_MASS * rng.standard_normal())))
-            errors.append(pose_from_xyz_yaw(*_SHIFT * rng.standard_normal(2), 0.0, _TURN * rng.standard_normal()))
+            x, y = _SHIFT * rng.standard_normal(2)
+            errors.append(pose_from_xyz_yaw(x, y, 0.0, _TURN * rng.standard_normal()))
         self._assumed[number, order] = models, np.array(errors)
         return self._assumed[number, order]
 
@@ -143,21 +145,22 @@ class PhysicsRollout:
         after = {} if goal is None else carried_after(goal)
         order = [number for number in executable_order(models, goals, after) if number in set(moved)]
         below: dict[int, int] = {}  # object in the world -> how many of a stack are below it
-        with TabletopWorld(*zip(*there), table=self.scene.table) as world:
+        around, where = [model for model, _ in there], [pose for _, pose in there]
+        with TabletopWorld(around, where, self.scene.table) as world:
             for number in order:
-                index, goal = world.add(models[number], goals[number]), goals[number].copy()
-                bottom = float(transform_points(goal, np.concatenate(models[number].hulls))[:, 2].min())
+                index, pose = world.add(models[number], goals[number]), goals[number].copy()
+                bottom = float(transform_points(pose, np.concatenate(models[number].hulls))[:, 2].min())
                 if bottom > STACKED:
-                    lift = _lift(world, index, goal)
-                    goal[2, 3] += lift
-                    fall = _free_fall(world, index, goal, bottom + lift)
-                    goal[2, 3] -= fall
-                    world.set_pose(index, goal)
+                    lift = _lift(world, index, pose)
+                    pose[2, 3] += lift
+                    fall = _free_fall(world, index, pose, bottom + lift)
+                    pose[2, 3] -= fall
+                    world.set_pose(index, pose)
                     touched = world.clearances(index, 2 * _STEP)
                     below[index] = 1 + max((below.get(other, 0) for other in touched), default=0)
                     more = min(_PER_LEVEL * (below[index] - 1), _MOST_ADDED)
                     result[number, 2, 3] += lift - fall + np.clip(fall - lift, _LOWEST + more, _HIGHEST + more)
-                world.set_pose(index, goal)
+                world.set_pose(index, pose)
         return result
 
 

@@ -180,7 +180,8 @@ def place_and_check(
         [model for model, _ in there], [pose for _, pose in there], bodies.table, ground=bodies.ground
     ) as world:
         trial = _Trial(world, bodies, world_from_goal, stays)
-        checks, failure = (), None
+        checks: tuple[Check, ...] = ()
+        failure: _Failure | None = None
         try:
             for batch in [order] if release.together else [(index,) for index in order]:
                 trial.place(batch)
@@ -195,15 +196,15 @@ def place_and_check(
     failure = failure or _semantic_failure(checks)
     return Verdict(
         success=failure is None,
-        failure=failure and failure.failure,
-        failed_object=failure and failure.name,
+        failure=failure.failure if failure else None,
+        failed_object=failure.name if failure else None,
         detail=failure.detail if failure else "everything stands as asked",
         checks=checks,
         measured=trial.measured,
         order=order,
         world_from_final=final,
         seconds=time.perf_counter() - started,
-        penetrated=failure and failure.penetrated,
+        penetrated=failure.penetrated if failure else None,
     )
 
 
@@ -310,7 +311,7 @@ class _Trial:
             self.world,
             [*(self.placed[k] for k in range(count)), *range(len(others))],
             spec,
-            [*self.bodies.world_from_initial, *(pose for _, pose in others)],
+            np.array([*self.bodies.world_from_initial, *(pose for _, pose in others)]),
             [*self.own_names, *self.names[: len(others)]],
             count=count,
             aside=aside,

@@ -28,8 +28,8 @@ class Between(Relation):
         share, off = _along_the_way(figure.centroid, references)
         low, high = BETWEEN_SHARES
         return [
-            Check("share of the way between", low <= share <= high, float(share), f"{low:g} to {high:g}"),
-            Check("off the way between (m)", off <= MAX_OFF_BETWEEN, float(off), f"<= {MAX_OFF_BETWEEN:g}"),
+            Check("share of the way between", bool(low <= share <= high), float(share), f"{low:g} to {high:g}"),
+            Check("off the way between (m)", bool(off <= MAX_OFF_BETWEEN), float(off), f"<= {MAX_OFF_BETWEEN:g}"),
         ]
 
     def sample(

@@ -32,7 +32,7 @@ class Moved(Relation):
     def check(self, figure: Figure, references: Sequence[Figure], part: RelationPart) -> list[Check]:
         """Check how far the object is off its way, along it and across."""
         off = figure.centroid - self._target(_before(figure), part)
-        along, across = (abs(float(each)) for each in beside(off, np.array(DIRECTIONS[part.direction])))
+        along, across = (abs(float(each)) for each in beside(off, _way(part)))
         limit = f"<= {MAX_MOVED_OFF:g}"
         return [
             Check(f"moved {part.direction}: off along (m)", along <= MAX_MOVED_OFF, along, limit),
@@ -59,7 +59,13 @@ class Moved(Relation):
 
     @staticmethod
     def _target(before: np.ndarray, part: RelationPart) -> np.ndarray:
-        return before + part.distance * np.array(DIRECTIONS[part.direction])
+        assert part.distance is not None
+        return before + part.distance * _way(part)
+
+
+def _way(part: RelationPart) -> np.ndarray:
+    assert part.direction is not None
+    return np.array(DIRECTIONS[part.direction])
 
 
 class Swapped(Relation):

@@ -54,7 +54,7 @@ class TabletopWorld:
     def __init__(
         self,
         models: Sequence[ObjectModel] = (),
-        world_from_objects: Sequence[np.ndarray] = (),
+        world_from_objects: Sequence[np.ndarray] | np.ndarray = (),
         table: Table = Table(),
         camera: DepthCamera = DepthCamera(),
         ground: Table | None = None,
@@ -293,7 +293,8 @@ class TabletopWorld:
                 what = f"fewer than {min_points} points of the {names[index]}"
                 raise ObservationError(f"the camera sees {what}: it is hidden or out of view")
         others = tuple(found for found in map(cloud, distractors) if found is not None)
-        return Scene(tuple(clouds), self.table, others, image.world_from_camera, image.color, self.camera.intrinsics)
+        seen = tuple(found for found in clouds if found is not None)
+        return Scene(seen, self.table, others, image.world_from_camera, image.color, self.camera.intrinsics)
 
     def picture(
         self,

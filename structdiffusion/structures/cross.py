@@ -177,11 +177,11 @@ def _crossing_at(points: np.ndarray, middle: int, offsets: np.ndarray, direction
         centres.append(centre)
     sine = abs(float(directions[0][0] * directions[1][1] - directions[0][1] * directions[1][0]))
     if sine < 1e-6 or min(map(len, lines)) < 2:
-        return CrossFit(middle, tuple(lines), points[middle], off, 90.0, np.inf, 0)
+        return CrossFit(middle, (lines[0], lines[1]), points[middle], off, 90.0, np.inf, 0)
     steps = np.linalg.solve(np.column_stack((directions[0], -directions[1])), centres[1] - centres[0])
     crossing = centres[0] + steps[0] * directions[0]
     arms = sum(
         bool(any(sign * order[i] > 0 for i in line)) for line, order in zip(lines, (along, across)) for sign in (1, -1)
     )
     missed = float(np.linalg.norm(points[middle] - crossing))
-    return CrossFit(middle, tuple(lines), crossing, off, math.degrees(math.acos(min(1.0, sine))), missed, arms)
+    return CrossFit(middle, (lines[0], lines[1]), crossing, off, math.degrees(math.acos(min(1.0, sine))), missed, arms)

@@ -46,7 +46,8 @@ def fit_lattice(points: np.ndarray) -> Lattice:
     headings = np.arctan2(*(points[other] - points[one]).T[::-1])
     # The heading across rows is within 45 degrees of the x axis.
     headings = (headings + math.pi / 4) % (math.pi / 2) - math.pi / 4
-    best, least = None, (2, math.inf)
+    best: Lattice | None = None
+    least = (2, math.inf)
     for heading in (0.0, *np.unique(np.round(headings / _ROUGH)) * _ROUGH):
         for rows, columns in divisions(len(points)):
             for towards in (1, -1)[: 1 + (rows * columns > len(points))]:
@@ -54,8 +55,9 @@ def fit_lattice(points: np.ndarray) -> Lattice:
                 failed = int(fit.off > MAX_OFF_LATTICE) + int(fit.uneven > MAX_UNEVEN_PITCH)
                 if best is None or (failed, fit.off + fit.uneven) < least:
                     best, least = fit, (failed, fit.off + fit.uneven)
-        if least[0] == 0 and best.off < _EXACT:
+        if best is not None and least[0] == 0 and best.off < _EXACT:
             break
+    assert best is not None
     return best
 
 

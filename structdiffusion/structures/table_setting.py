@@ -206,7 +206,7 @@ def setting_base(items: Sequence[LayoutItem]) -> int:
     return bases[0] if bases else max(range(len(items)), key=lambda i: np.ptp(items[i].footprint, axis=0).min())
 
 
-def _bases(things: Sequence[LayoutItem] | Sequence[PlacedBody]) -> list[int]:
+def _bases(things: Sequence[LayoutItem | PlacedBody]) -> list[int]:
     """Return which of some objects can be the base, plates first."""
     return [i for noun in BASES for i, thing in enumerate(things) if thing.category == noun]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from pathlib import Path
 from pickle import UnpicklingError
+from typing import Any
 
 import torch
 
@@ -84,7 +85,11 @@ class TrainingState:
 
     def save(self, folder: Path) -> None:
         """Write the state, after everything that it counts as done: a run that is killed before repeats those steps."""
-        state = {"model": self.model.state_dict(), "optimizer": self.optimizer.state_dict(), "average": self.average}
+        state: dict[str, Any] = {
+            "model": self.model.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "average": self.average,
+        }
         state |= {"step": self.step, "seconds": self.seconds}
         content = io.BytesIO()
         torch.save(state, content)

@@ -35,7 +35,7 @@ class CollisionDiscriminator(Checkpointed):
 
     def __init__(self, config: CollisionConfig = CollisionConfig()) -> None:
         super().__init__()
-        self.config = config
+        self.config: CollisionConfig = config
         self.encoder = PointEncoder(3 + 2, config.width, 2 * config.width, config.layers)
         self.head = nn.Sequential(nn.Linear(2 * config.width + 42, 256), nn.GELU(), nn.Linear(256, 1))
 

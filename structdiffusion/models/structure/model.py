@@ -48,7 +48,7 @@ class StructureDiscriminator(Checkpointed):
 
     def __init__(self, config: StructureConfig = StructureConfig()) -> None:
         super().__init__()
-        self.config = config
+        self.config: StructureConfig = config
         self.noun = nn.Embedding(1 + config.nouns, 8)
         self.encoder = PointEncoder(3 + config.max_objects + 8, config.width, 2 * config.width, config.layers)
         self.word = nn.Embedding(config.vocabulary, 32)
