@@ -65,7 +65,7 @@ def in_parallel(
     ray: bool = False,
     ordered: bool = True,
     threads: int | None = 1,
-) -> Iterator[Any]:
+) -> Generator[Any, None, None]:
     """Yield `task(loaded, job)` for every job, with `loaded = load(*arguments)`; a `Lost` for each job whose worker
     died.
 

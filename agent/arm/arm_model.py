@@ -129,15 +129,15 @@ def arm_model(name: str) -> ArmModel:
         raise BadInput(f"there is no arm model {name!r}; legal: {', '.join(ARM_MODELS)}")
     urdf = resources.files("agent.arm").joinpath(f"{name}.urdf")
     root = ElementTree.fromstring(urdf.read_text(encoding="utf-8"))
-    driven = [joint for joint in root.iter("joint") if joint.get("name").removeprefix("joint_").isdigit()]
+    driven = [joint for joint in root.iter("joint") if joint.get("name", "").removeprefix("joint_").isdigit()]
     continuous = np.array([joint.get("type") == "continuous" for joint in driven])
 
     def limits(key: str) -> np.ndarray:
-        return np.array([float(joint.find("limit").get(key, "nan")) for joint in driven])
+        return np.array([float(_part(joint, "limit").get(key, "nan")) for joint in driven])
 
     return ArmModel(
         name,
-        tuple(joint.get("name") for joint in driven),
+        tuple(joint.get("name", "") for joint in driven),
         np.where(continuous, -2 * math.pi, limits("lower")),
         np.where(continuous, 4 * math.pi, limits("upper")),
         continuous,
@@ -145,28 +145,39 @@ def arm_model(name: str) -> ArmModel:
         limits("effort"),
         np.array(_FOLDED[name]),
         tuple(
-            Joint(joint.get("name"), joint.find("parent").get("link"), joint.find("child").get("link"), _origin(joint))
+            Joint(
+                joint.get("name", ""),
+                _part(joint, "parent").get("link", ""),
+                _part(joint, "child").get("link", ""),
+                _origin(joint),
+            )  # fmt: skip
             for joint in root.iter("joint")
         ),
-        tuple(_solid(link.get("name"), shape) for link in root.iter("link") for shape in link.iter("collision")),
+        tuple(_solid(link.get("name", ""), shape) for link in root.iter("link") for shape in link.iter("collision")),
         urdf,
     )
 
 
-def _numbers(text: str) -> np.ndarray:
-    return np.array([float(value) for value in text.split()])
+def _part(element: ElementTree.Element, name: str) -> ElementTree.Element:
+    part = element.find(name)
+    assert part is not None  # the files of the arms are part of the package
+    return part
+
+
+def _numbers(element: ElementTree.Element, key: str) -> list[float]:
+    return [float(value) for value in element.get(key, "").split()]
 
 
 def _origin(element: ElementTree.Element) -> np.ndarray:
-    origin = element.find("origin")
-    return pose_from_xyz_rpy(_numbers(origin.get("xyz")), _numbers(origin.get("rpy")))
+    origin = _part(element, "origin")
+    return pose_from_xyz_rpy(_numbers(origin, "xyz"), _numbers(origin, "rpy"))
 
 
 def _solid(link: str, collision: ElementTree.Element) -> Solid:
-    shape = collision.find("geometry")[0]
+    shape = _part(collision, "geometry")[0]
     if shape.tag == "cylinder":
-        diameter = 2 * float(shape.get("radius"))
-        sides = np.array([diameter, diameter, float(shape.get("length"))])
+        diameter = 2 * float(shape.get("radius", "nan"))
+        sides = np.array([diameter, diameter, float(shape.get("length", "nan"))])
     else:
-        sides = _numbers(shape.get("size"))
+        sides = np.array(_numbers(shape, "size"))
     return Solid(link, shape.tag == "cylinder", sides, _origin(collision))

@@ -200,8 +200,9 @@ def _contacts(local: np.ndarray, top: float, depths: Sequence[float]) -> tuple[C
             sections += [section] * len(TILTS)
     if not rows:
         return None
-    *places, narrow = np.array(rows).T
-    return Contacts(*places, np.array(sections)), places[1], narrow > 0
+    across_at, along_at, *more, narrow = np.array(rows).T
+    contacts = Contacts(*(across_at, along_at, *more), np.array(sections))
+    return contacts, along_at, narrow > 0
 
 
 def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:

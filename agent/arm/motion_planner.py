@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
+from typing import Self
 
 import numpy as np
 import pybullet
@@ -100,7 +101,7 @@ class PlanningScene:
         )
         self.arm.stand_on(self.floor)
 
-    def __enter__(self) -> PlanningScene:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -259,6 +259,7 @@ class ObjectPlanner:
         case = pick, others, self._loose
         if case not in self._taken:
             scene, lines = self.scene, self._reachability.at_pick(standing, pick)
+            found: str | tuple[np.ndarray, np.ndarray]
             scene.set_fingers([pick.grasp.opening] * 3)
             scene.remove_obstacle(index)
             try:

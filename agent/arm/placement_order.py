@@ -172,12 +172,12 @@ def stopovers(
     middle = (0.5 * (table.x_min + table.x_max), 0.5 * (table.y_min + table.y_max))
     moves = places[np.argsort(np.linalg.norm(places - middle, axis=1))] - center
     motions = []
-    to_origin = pose_from_xyz_yaw(*-center, -bottom, 0.0)
+    to_origin = pose_from_xyz_yaw(-center[0], -center[1], -bottom, 0.0)
     for turn in STOPOVER_TURNS:
-        turned = pose_from_xyz_yaw(*center, 0.0, turn) @ to_origin
+        turned = pose_from_xyz_yaw(center[0], center[1], 0.0, turn) @ to_origin
         (outline,) = _outlines([transform_points(turned, cloud)])
         free = moves[_room(outline, moves, others) > ASIDE_CLEARANCES[1]][:STOPOVERS_PER_TURN]
-        motions += [pose_from_xyz_yaw(*move, 0.0, 0.0) @ turned for move in free]
+        motions += [pose_from_xyz_yaw(move[0], move[1], 0.0, 0.0) @ turned for move in free]
     return motions
 
 

@@ -193,6 +193,6 @@ def _turned(standing: Standing, goal_from_now: np.ndarray, spins: int) -> list[n
     """Return the motion (4, 4), turned in so many steps about the object's upright axis at the goal."""
     cloud = standing.cloud
     center = transform_points(goal_from_now, 0.5 * (cloud.min(axis=0) + cloud.max(axis=0)))
-    there = pose_from_xyz_yaw(*center, 0.0)
+    there = pose_from_xyz_yaw(center[0], center[1], center[2], 0.0)
     back = np.linalg.inv(there)
     return [there @ pose_from_xyz_yaw(0, 0, 0, 2 * math.pi * k / spins) @ back @ goal_from_now for k in range(spins)]

@@ -79,6 +79,6 @@ def stand(arm: JacoArm, state: ArmState) -> tuple[str, ...]:
         BadInput: as `standing`.
     """
     found = standing(state)
-    arm.teleport(found.joints, found.fingers)
+    arm.teleport(found.joints, found.fingers.tolist())
     arm.wound = found.wound
     return found.notes

@@ -80,7 +80,7 @@ def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
     arm = driver.arm
     start = arm.configuration()
     home = arm.kinematics.unwind(arm.kinematics.folded, start)
-    for fingers in (arm.finger_angles(), [FINGER_OPEN] * 3):
+    for fingers in (arm.finger_angles().tolist(), [FINGER_OPEN] * 3):
         scene.set_fingers(fingers)
         path = scene.plan(start, home, overlap=scene.overlap(start) + SLACK)
         if path is not None:

@@ -92,6 +92,7 @@ def sliding_path(
     poses = []
     for share in np.linspace(0.0, 1.0, WAYPOINTS + 1):
         there = middle + share * way
-        moved = pose_from_xyz_yaw(*there, share * turn) @ pose_from_xyz_yaw(*-middle, 0.0)
+        moved = pose_from_xyz_yaw(there[0], there[1], there[2], share * turn)
+        moved = moved @ pose_from_xyz_yaw(-middle[0], -middle[1], -middle[2], 0.0)
         poses.append(moved @ world_from_ee)
     return straight_line(kinematics, start, poses)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -101,7 +101,7 @@ def _line(result: Mapping[str, Any]) -> str:
     return f"{result['id']} {outcome_in_words(result)}" + ("" if seconds is None else f", {duration(seconds)}")
 
 
-def _ended(jobs: Sequence[Job], workers: int | None, ray: str | None) -> Iterator[dict[str, Any]]:
+def _ended(jobs: Sequence[Job], workers: int | None, ray: str | None) -> Generator[dict[str, Any], None, None]:
     """Yield the results of all rows as they end."""
     if not jobs:
         return

@@ -76,7 +76,11 @@ class Summary:
     def print_table(self, results: TextIO) -> None:
         """Print the table, with the whole message of each failure."""
         summary, width = self.to_dict(), columns_of(results)
-        rows = [("outcome", "rows"), *((OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items())]
+        outcomes = [(OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items()]
+        rows: list[tuple[str, ...]] = [("outcome", "rows"), *outcomes]
+            ("outcome", "rows"),
+            *((OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items()),
+        ]
         print(aligned([*rows, ("all", str(summary["rows"]))], 1, width), file=results)
         if summary["shapes"]:
             rows = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -84,9 +84,10 @@ class BuildSession(ProposalSession):
         several = proposal.several
         rules = PlacementRules() if several is None else several.placement_rules(proposal.scene)
         arrangements = proposal.arrangements_to_try[:1]
-        for event in plan_structure(
+        planning: Iterator[Any] = plan_structure(
             proposal.scene, arrangements, rng=rng, kinematics=kinematics, rules=rules, hold=hold
-        ):
+        )
+        for event in planning:
             self.send(replace(event, arrangement=proposal.rank - 1))
 
     def go(
@@ -254,10 +255,10 @@ class BuildSession(ProposalSession):
         for objects in (part.objects, second):
             if isinstance(objects, PartReference):
                 objects = goal.parts[objects.part].objects
-            named |= {names[index] for index in objects or ()}  # type: ignore[union-attr, index]
+            named |= {names[index] for index in objects or () if isinstance(index, int)}
         if part.objects is None:
             named |= moved
-        return bool(named & standing) and named & moved <= set(standing)
+        return bool(named.intersection(standing)) and named & moved <= set(standing)
 
     def _watched(self, event: Event) -> Iterator[Event]:
         self._is_planned = self._is_planned or isinstance(event, Planned)

@@ -69,7 +69,8 @@ def measure(runs: int, scene: str = "simulated", model: str = "diffusion") -> Re
             if isinstance(event, events.Proposed):
                 proposed.append(time.perf_counter())
 
-    reactions, proposals = [], []
+    reactions: list[float] = []
+    proposals: list[float] = []
     options, folder = RunOptions(scene, model=model), tempfile.TemporaryDirectory()
     with folder as out, Conversation(options, ResourceCache(), [screen, ProposalTimes()]) as conversation:
         example = conversation.example()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TextIO
+from typing import IO, TYPE_CHECKING, Protocol, TextIO
 
 from rich.console import Console
 from rich.markup import escape
@@ -69,7 +69,7 @@ def converse(
     session: Path,
     source: Callable[[Conversation], Lines],
     yes: bool,
-    terminal: TextIO,
+    terminal: IO[str],
     viewer: Viewer | None = None,
     access: FileAccess = FileAccess(),
 ) -> int:

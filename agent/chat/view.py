@@ -41,7 +41,8 @@ _AT_WORK = "the arm is at work"
 class MapDisplay(Protocol):
     """A display of tables and candidates; its methods are those of `agent.chat.maps.Maps`."""
 
-    columns: int
+    @property
+    def columns(self) -> int: ...
 
     def beside(self, count: int) -> int: ...
 
@@ -59,7 +60,8 @@ class MapDisplay(Protocol):
 class BusyDisplay(Protocol):
     """A display of work in progress; its methods are those of `agent.chat.live_display.LiveDisplay`."""
 
-    possible: bool
+    @property
+    def possible(self) -> bool: ...
 
     def spin(self, message: str) -> None: ...
 

@@ -6,7 +6,7 @@ Heavy modules are imported inside the command that needs them, so that `--help` 
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -36,7 +36,7 @@ from agent.runtime.termination import Terminated, termination_raised
 
 # Typer carries its own copy of click in some versions and uses the installed one in others; its public
 # BadParameter is a usage error in both, and that is the general click error.
-_ClickError = typer.BadParameter.__bases__[0].__bases__[0]
+_ClickError: Any = typer.BadParameter.__bases__[0].__bases__[0]
 
 app = typer.Typer(
     cls=ConfiguredGroup,
@@ -103,7 +103,8 @@ def _usage_sentence(error: Exception) -> str:
     """Return a click error as one sentence, with the legal commands if one was missing or unknown."""
     message = error.format_message().rstrip(".").replace("Value error, ", "")  # type: ignore[attr-defined]
     # Newer versions of typer check values with pydantic, whose messages do not contain the value.
-    for detail in error.__cause__.errors() if hasattr(error.__cause__, "errors") else ():
+    details = getattr(error.__cause__, "errors", tuple)()
+    for detail in details:
         given = repr(detail["input"])
         message += "" if given in message else f" (got {given})"
     command = getattr(getattr(error, "ctx", None), "command", None)

@@ -68,7 +68,10 @@ def show(
         content, text = facts, shown_text(facts)
     elif name in PLANNERS:
         made = networks_of(name)
-        content, text = {"planner": name, "networks": made, "parts": asdict(PLANNERS[name])}, planner_text(name, there)
+        content, text = (
+            {"planner": name, "networks": made, "parts": asdict(PLANNERS[name])},
+            planner_text(name, tuple(there)),
+        )
     else:
         raise UsageError(f"NAME cannot be {name!r}; networks here: {', '.join(there)}; planners: {LEGAL_NAMES}")
     if json_output:

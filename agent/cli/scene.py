@@ -6,7 +6,7 @@ import json
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -111,7 +111,7 @@ def validate(file: FileArgument, json_output: JsonOption = False) -> None:
     from agent.scenes.files import SceneFileError
     from agent.scenes.object_placement import load_scene
 
-    problems = ()
+    problems: tuple[Any, ...] = ()
     with results_stream() as results:
         try:
             count = len(load_scene(file))

@@ -56,7 +56,7 @@ def list_figures(json_output: JsonOption = False) -> None:
             ]
             print(json.dumps(rows, indent=1, ensure_ascii=False), file=results)
             return
-        rows = [
+        lines = [
             (
                 one.name,
                 "upright" if one.stacked else "flat",
@@ -65,7 +65,7 @@ def list_figures(json_output: JsonOption = False) -> None:
             )
             for one in figures
         ]
-        print(aligned(rows), file=results)
+        print(aligned(lines), file=results)
 
 
 @structures_app.command("show")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -90,7 +90,7 @@ def _train_network(
 
     kind = ctx.command.name
     assert kind is not None
-    given = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
+    given: dict[str, Any] = {"steps": steps, "learning_rate": learning_rate, "batch": batch}
     recipe = replace(RECIPES[kind], **{name: value for name, value in given.items() if value is not None})
     train_model(TrainingRun(kind, data, out, recipe, device, devices, precision.value, seed, start))
 

@@ -164,7 +164,7 @@ class _TimedStanding(Standing):
     @cached_property
     def grasps(self) -> list[Grasp]:
         with self._clock(GRASPS):
-            return Standing.grasps.func(self)
+            return Standing.__dict__["grasps"].func(self)
 
 
 class _TimedSearch(Search):

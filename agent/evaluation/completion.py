@@ -67,7 +67,7 @@ def measure_completion(objects: str, count: int, seed: int, workers: int) -> Row
     nouns = sorted({thing["noun"] for row in rows for thing in row["objects"]})
     frame = report_frame(command_line("completion", objects=objects, scenes=count, seed=seed), len(rows), seed)
     return report_by_structure(frame, rows, _rates) | {
-        "nouns": {noun: _mean_errors(rows, lambda thing, noun=noun: thing["noun"] == noun) for noun in nouns},
+        "nouns": {noun: _mean_errors(rows, partial(_is_a, noun)) for noun in nouns},
         LOST: [lost_scene_row(seed, one) for one in lost + lost_later],
     }
 
@@ -179,6 +179,10 @@ def _place_pair(
     motions = np.tile(np.eye(4), (len(initial), 1, 1))
     motions[[i, j]] = np.array([world.pose(i), world.pose(j)]) @ np.linalg.inv(initial[[i, j]])
     return i, j, motions, _penetration(world, list(initial), motions, i, j)
+
+
+def _is_a(noun: str, thing: Row) -> bool:
+    return bool(thing["noun"] == noun)
 
 
 def _mean_errors(rows: Sequence[Row], chosen: Callable[[Row], bool]) -> dict[str, dict[str, float]]:

@@ -125,7 +125,7 @@ class _Places:
     def move(self, index: int, at: np.ndarray, gap: float) -> bool:
         """Move an object to a place (2,) with a new direction, if it is free there."""
         before = self.poses[index].copy()
-        self.poses[index] = pose_from_xyz_yaw(*at, 0.0, self.rng.uniform(-math.pi, math.pi))
+        self.poses[index] = pose_from_xyz_yaw(at[0], at[1], 0.0, self.rng.uniform(-math.pi, math.pi))
         if self._is_free(index, gap):
             return True
         self.poses[index] = before
@@ -141,7 +141,7 @@ class _Places:
                     continue
                 off = _OFFSET * lower.radius * self.rng.uniform(0.0, 1.0) * _direction(self.rng)
                 at = self.poses[under, :2, 3] + off
-                self.poses[over] = pose_from_xyz_yaw(*at, lower.height, self.rng.uniform(-math.pi, math.pi))
+                self.poses[over] = pose_from_xyz_yaw(at[0], at[1], lower.height, self.rng.uniform(-math.pi, math.pi))
                 return
         raise SceneError("nothing can stand on anything")
 
@@ -171,11 +171,16 @@ class _Places:
     def _touch(self, one: int, other: int) -> bool:
         before, way, yaw = self.poses[one].copy(), _direction(self.rng), self.rng.uniform(-math.pi, math.pi)
         near, far = 0.0, self.models[one].radius + self.models[other].radius + _JOINT
+
+        def beside(distance: float) -> np.ndarray:
+            x, y = self.poses[other, :2, 3] + distance * way
+            return pose_from_xyz_yaw(x, y, 0.0, yaw)
+
         for _ in range(16):
             away = (near + far) / 2
-            self.poses[one] = pose_from_xyz_yaw(*(self.poses[other, :2, 3] + away * way), 0.0, yaw)
+            self.poses[one] = beside(away)
             near, far = (near, away) if clear_gap(self.outline(one), self.outline(other)) > _JOINT / 2 else (away, far)
-        self.poses[one] = pose_from_xyz_yaw(*(self.poses[other, :2, 3] + far * way), 0.0, yaw)
+        self.poses[one] = beside(far)
         if self._is_free(one, 0.0):
             return True
         self.poses[one] = before

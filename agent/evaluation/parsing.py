@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TextIO, TypeVar
 
-from rich.progress import Progress
+from rich.progress import Progress, TaskID
 
 import grounding
 from agent.evaluation.goal_reading import defects_of, goal_rows, measure_goal_reading, print_goal_reading
@@ -52,8 +52,9 @@ def measure_parsing(
     sets = {name: thinned(benchmark_rows(name), limit) for name in data}
     goal_sets = {name: thinned(goal_rows(name), limit) for name in goals}
     evaluations, readings = [], []
+    shown: Any = {"transient": True, "disable": None}  # rich decides
     defects: dict[str, str] = {}  # text -> sentence
-    with Progress(console=console_on(sys.stderr), transient=True, disable=None) as progress:
+    with Progress(console=console_on(sys.stderr), **shown) as progress:
         for parser in parsers:
             reading = replace(options, parser=parser)
             interpreter, slots = make_interpreter(reading, strict=True), slot_reader(reading)
@@ -64,17 +65,14 @@ def measure_parsing(
                 task = progress.add_task(f"{parser}, {name}", total=len(rows))
                 evaluations.append(
                     {"parser": parser, "data": name, "rows": len(rows)}
-                    | _measured(slots, rows, lambda done, task=task: progress.update(task, completed=done), defects)
+                    | _measured(slots, rows, partial(_advance, progress, task), defects)
                     | {"seconds_cold": cold}
                 )
             for name, instructions in goal_sets.items():
                 task = progress.add_task(f"{parser}, goals {name}", total=len(instructions))
-                advance = partial(progress.update, task)
                 readings.append(
                     {"parser": parser, "data": name, "rows": len(instructions)}
-                    | measure_goal_reading(
-                        interpreter, instructions, lambda done, advance=advance: advance(completed=done), defects
-                    )
+                    | measure_goal_reading(interpreter, instructions, partial(_advance, progress, task), defects)
                 )
     command = command_line(
         "parse", parser=parsers, data=data, goals=goals, limit=limit,
@@ -122,11 +120,15 @@ def _measured(
     }
 
 
+def _advance(progress: Progress, task: TaskID, done: int) -> None:
+    progress.update(task, completed=done)
+
+
 def _selected(row: Row, interpreter: Reads) -> tuple[int, ...] | None:
     goal = interpreter.interpret_many([row.text], row.scene)[0].goal
     if any(part.objects is None for part in goal.structures):
         return tuple(range(len(row.scene)))
-    return tuple(sorted(goal.named_objects())) or None
+    return tuple(sorted(index for index in goal.named_objects() if isinstance(index, int))) or None
 
 
 def print_parsing(report: Mapping[str, Any], results: TextIO) -> None:

@@ -69,7 +69,9 @@ def _report(path: Path) -> Mapping[str, Any] | None:
     report = path / "report.json" if path.is_dir() else path
     if path.suffix.lower() == ".jsonl":
         records = [one.report for one in records_of(read_session(path))]
-        found = ([one for one in records if (one["verdict"] or {}).get("success")] or records or [{}])[-1]
+        found: Mapping[str, Any] = (
+            [one for one in records if (one["verdict"] or {}).get("success")] or records or [{}]
+        )[-1]
     elif report.suffix == ".json" and report.is_file():
         found = _read_json(report)
     else:

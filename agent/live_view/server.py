@@ -154,7 +154,12 @@ class ViewServer:
         quiet.setLevel(logging.CRITICAL)  # a connection that breaks off is nothing to report
         self._ended = asyncio.Event()
         CheckedConnection.headers = _HEADERS
-        options = {"max_size": LONGEST_MESSAGE, "max_queue": 4, "compression": None, "server_header": None}
+        options: dict[str, Any] = {
+            "max_size": LONGEST_MESSAGE,
+            "max_queue": 4,
+            "compression": None,
+            "server_header": None,
+        }
         async with serve(
             self._connected, host, port, process_request=self._answer, logger=quiet,
             create_connection=CheckedConnection, **options,
@@ -192,6 +197,7 @@ class ViewServer:
         """Serve one page until it leaves: send what is new, and carry out what the driver asks for."""
         from websockets.exceptions import ConnectionClosed
 
+        assert connection.request is not None  # it was answered
         viewer = self._viewers.add(drives="again" not in connection.request.path.partition("?")[2])
         self._tell_roles()
         sending = asyncio.create_task(self._send(connection, viewer))

@@ -89,7 +89,8 @@ def _checkpoint(network: Network) -> str:
 def _answer(network: Network) -> str:
     import torch
 
-    model, generator = _loaded(network), torch.Generator().manual_seed(0)
+    model: Any = _loaded(network)
+    generator = torch.Generator().manual_seed(0)
     given = model.fake_input(_BATCH, _OBJECTS, generator)
     answer, shape = model.try_out(given, generator), model.answer_shape(given)
     return _sound(answer, shape)

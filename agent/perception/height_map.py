@@ -164,6 +164,7 @@ def _surface(level: np.ndarray, outline: shapely.Polygon) -> np.ndarray:
     basis, kept = terms(means), np.ones(len(means), dtype=bool)
     left = means[:, 2] - np.median(means[:, 2])
     # First the plane alone: a plate would bend the rest to itself before it is known for what it is.
+    columns: list[int]
     for columns in [_OF_A_PLANE] * _ROUNDS + [list(range(basis.shape[1]))] * _ROUNDS:
         spread = 1.48 * float(np.median(np.abs(left[kept])))
         # Things stand on a table, nothing hangs into it: what lies above is doubted sooner.

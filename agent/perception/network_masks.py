@@ -89,7 +89,8 @@ def decoded(seen: Seen, level: np.ndarray, known: np.ndarray) -> tuple[np.ndarra
     seeds, spread = seen.seeds.ravel()[inside], seen.spread.ravel()[inside]
     own = np.full(len(inside), -1)
     free = seeds.copy()
-    centres, spreads, certainty = [], [], []
+    centres: list[np.ndarray] = []
+    spreads, certainty = [], []
     while len(centres) < _MOST and len(inside) and free.max() > _LEAST_SEED:
         first = int(free.argmax())
         member = _membership(votes, votes[first], spread[first]) > _MEMBER

@@ -185,8 +185,8 @@ def evidence_of(points: Points) -> Evidence | None:
     surface = Surface(places, normals(places, points.eye), lab, points.eye, voxels.reach)
     shapes = grouped(connected, places, surface.normals, lab, points.eye, voxels.reach)
     regions = shapes
-    if lab is not None:
-        fringe = contrast < _CONTRAST
+    if lab is not None and contrast is not None:
+        fringe: np.ndarray = contrast < _CONTRAST
         regions = divided_by_regions(shapes, places, surface.normals, lab, fringe, points.eye, voxels.reach)
     masks = None if points.masks is None else masks_of_voxels(points.masks, voxels, solid, connected)
     return Evidence(

@@ -152,14 +152,16 @@ class Pieces:
         positions, votes = self.surface.positions[own], self._masks.votes[own]
         outline = shapely.multipoints(positions[:, :2]).convex_hull.buffer(0.002)
         corners = np.array(outline.minimum_rotated_rectangle.exterior.coords)
-        shares = [
+        shapes, regions, valleys, mask = (
             np.bincount(array[own] % count, minlength=count) / len(own)  # -1 is the last one
             for array, count in zip(self._proposals, self._counts, strict=True)
-        ]
+        )
+        shade, light, plain = self._color(own)
         return Piece(
             own, positions[:: max(1, len(own) // _SAMPLE)], _quantiles(positions[:, 2], (0.05, 0.5, 0.95)),
             np.sort(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1)), outline,
-            self.surface.normals[own].mean(axis=0), *self._color(own), *shares,
+            self.surface.normals[own].mean(axis=0), shade, light, plain,
+            shapes, regions, valleys, mask,
             self._masks.places[own].mean(axis=0), votes.mean(axis=0),
             float(np.sqrt(votes.var(axis=0).sum())), float(self._masks.share[own].mean()),
         )  # fmt: skip

@@ -87,7 +87,7 @@ def _colors_apart(
 ) -> np.ndarray:
     """Divide a part, and what it falls into, where colour and shape show several objects."""
     part, waiting = part.copy(), [] if lab is None else [index]
-    while waiting:
+    while waiting and lab is not None:
         members = np.flatnonzero(part == waiting.pop())
         second = divided_by_color(positions[members], lab[members], eye, reach)
         if second.any():

@@ -40,7 +40,7 @@ def reachable(surface: Table) -> tuple[Table, tuple[str, ...]]:
     reach = Table()
     x_min, x_max, extended_x = _shared(surface.x_min, surface.x_max, reach.x_min, reach.x_max)
     y_min, y_max, extended_y = _shared(surface.y_min, surface.y_max, reach.y_min, reach.y_max)
-    notes = ()
+    notes: tuple[str, ...] = ()
     if extended_x or extended_y:
         notes = (
             f"the arm reaches x {reach.x_min} to {reach.x_max}, y {reach.y_min} to {reach.y_max} m, and the table that "

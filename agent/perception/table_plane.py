@@ -92,7 +92,8 @@ def on_walls(points: np.ndarray, walls: np.ndarray) -> np.ndarray:
 def _planes(thin: np.ndarray) -> list[np.ndarray]:
     """Find planes (4,), n . p + d = 0 with n toward the camera, the one with the most points first."""
     rng = np.random.default_rng(0)  # the same cloud gives the same planes
-    found, rest = [], thin
+    found: list[np.ndarray] = []
+    rest = thin
     while len(found) < _MOST_PLANES and len(rest) * _CELL**2 >= _LEAST_AREA:
         plane, inliers = largest_plane(rest, _INLIER, rng)
         if inliers.sum() * _CELL**2 < _LEAST_AREA:

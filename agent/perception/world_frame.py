@@ -110,7 +110,8 @@ def _by_hand(world_from_camera: np.ndarray, level_from_camera: np.ndarray, place
     middle = np.append(places.mean(axis=0), 0.0)
     given = transform_points(np.linalg.inv(level_from_world), middle)
     # Turned about the middle of what lies there: x and y of the objects stay as the pose has them.
-    level_from_corrected = pose_from_xyz_yaw(*level_from_world[:2, 3], 0.0, yaw)
+    x, y = level_from_world[:2, 3]
+    level_from_corrected = pose_from_xyz_yaw(x, y, 0.0, yaw)
     level_from_corrected[:2, 3] += middle[:2] - transform_points(level_from_corrected, np.append(given[:2], 0.0))[:2]
     notes = []
     if lean > _WORTH_TELLING or abs(given[2]) > _WORTH_TELLING_M:

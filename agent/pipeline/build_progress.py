@@ -144,12 +144,13 @@ class BuildProgress:
 
     def film(self) -> Iterator[Event]:
         """Yield the film of the build so far, if the arm has moved."""
-        filmed = None if self._reel is None else self._reel.finish()
-        if filmed is not None:
+        reel = self._reel
+        filmed = None if reel is None else reel.finish()
+        if reel is not None and filmed is not None:
             motions = {name: poses @ self._from_seen[name] for name, poses in filmed.motions.items()}
             yield replace(filmed, motions=motions, shapes=self._table.film_camera.shapes)
-            if self._reel.trouble:
-                yield events.Noted(f"there are no pictures of the arm at work: {self._reel.trouble}")
+            if reel.trouble:
+                yield events.Noted(f"there are no pictures of the arm at work: {reel.trouble}")
 
     def pictured(self, name: str, caption: str) -> events.Pictured:
         """Take a picture of the table as it is now, and measure how far everything has moved."""

@@ -181,8 +181,8 @@ def _judge(
     detail = "everything stands as asked"
     if failed := next((check for check in checks if not check.passed), None):
         why = progress.fallen or f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}"
-        stand = next(check for check in checks if check.name == STANDING)
-        detail = why if stand.passed else f"{stand.measured:g} of {stand.limit} objects stand as placed: {why}"
+        standing = next(check for check in checks if check.name == STANDING)
+        detail = why if standing.passed else f"{standing.measured:g} of {standing.limit} objects stand as placed: {why}"
     count = table.count - len(gone)
     yield events.Checked(
         failure is None, failure, checks, detail, "arm", time.perf_counter() - began, table.bodies, count,

@@ -48,6 +48,7 @@ def release_in_physics(
 
     verdict = _placed(table, wanted, arrangement, photograph)
     final = verdict.world_from_final
+    assert final is not None
     seconds = time.perf_counter() - began
     motions = _motions(np.array(table.world.poses()[: table.count]), final)
     yield events.Tried(tuple(goal_positions(motions, scene)), turns_about_z(motions))
@@ -105,6 +106,7 @@ def _placed(
     aside = wanted.set_aside([table.names[i] for i in moving(motions)])
     verdict = place_and_check(bodies, motions[indices], wanted.goal, aside, release)
     final = verdict.world_from_final
+    assert final is not None
     return replace(verdict, world_from_final=final[[indices.index(i) for i in range(count)]])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -174,7 +174,7 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
     goal, missing = with_what_is_there(table, goal)
     if missing:
         table.missing = missing
-    named = [everything[index] for index in goal.named_objects()]
+    named = [everything[index] for index in goal.named_objects() if isinstance(index, int)]
     for name in named:
         if name in table.fallen:
             raise NotBuildable(f"the goal names {name}, which is no longer on the table")
@@ -245,19 +245,19 @@ def _may_be_short(part: Part, count: int) -> bool:
 def _pointing(part: Part, number: Mapping[int, int]) -> Part:
     """Return a part whose references to other parts have the new numbers of these."""
 
-    def mapped(objects: Objects | None) -> Objects | None:
+    def mapped(objects: Any) -> Any:
         return PartReference(number[objects.part]) if isinstance(objects, PartReference) else objects
 
     if isinstance(part, RelationPart):
-        return replace(part, objects=mapped(part.objects), reference=mapped(part.reference))  # type: ignore[arg-type]
-    return replace(part, around=mapped(part.around))  # type: ignore[arg-type]
+        return replace(part, objects=mapped(part.objects), reference=mapped(part.reference))
+    return replace(part, around=mapped(part.around))
 
 
 def renumbered(goal: Goal, place: Mapping[int, int]) -> Goal:
     """Return the goal with other indices; `place` maps each of its indices to the new one."""
 
-    def mapped(objects: Objects | None) -> Objects | None:
-        return tuple(place[index] for index in objects) if isinstance(objects, tuple) else objects  # type: ignore[index]
+    def mapped(objects: Any) -> Any:
+        return tuple(place[index] for index in objects) if isinstance(objects, tuple) else objects
 
     return Goal(tuple(
         replace(part, objects=mapped(part.objects), reference=mapped(part.reference))

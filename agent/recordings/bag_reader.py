@@ -255,7 +255,7 @@ def _cut_note(path: Path, header: bytes) -> list[str]:
     return [f"{path.name} is cut short at {there} of {needed} bytes; what is left was read"] if there < needed else []
 
 
-def _opened_folder(path: Path) -> tuple[Reader2, list[str]]:
+def _opened_folder(path: Path) -> tuple[Reader1 | Reader2, list[str]]:
     """Open a ROS 2 folder by its metadata, or by its only file if the metadata cannot be used."""
     reason = f"it has no {METADATA}"
     if (path / METADATA).exists():

@@ -176,8 +176,8 @@ def table_height(points: np.ndarray) -> float | None:
     peaks = np.flatnonzero((band >= _TABLE_SHARE * len(z)) & (band >= np.maximum(np.roll(band, 1), np.roll(band, -1))))
     for peak in peaks[::-1]:
         height = float(np.median(z[np.abs(z - edges[peak] - _BIN / 2) < _BAND / 2 * _BIN]))
-        above = np.sum((z > height + _THINGS[0]) & (z < height + _THINGS[1]))
-        below = np.sum((z < height - _THINGS[0]) & (z > height - _THINGS[1]))
+        above = int(np.sum((z > height + _THINGS[0]) & (z < height + _THINGS[1])))
+        below = int(np.sum((z < height - _THINGS[0]) & (z > height - _THINGS[1])))
         if above > max(3 * below, 20) and _slope(points, height) < _LEVEL:
             return height
     return None

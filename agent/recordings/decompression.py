@@ -199,7 +199,7 @@ def _current() -> Unpacking:
 class _CountedFile:
     """A packed file that is read unpacked and counted."""
 
-    def __init__(self, file: BinaryIO, mode: str) -> None:
+    def __init__(self, file: BinaryIO, mode: Any) -> None:
         self._file = zstd.open(file, mode)
 
     def __enter__(self) -> _CountedFile:
@@ -251,5 +251,6 @@ ros1.decompressors.update({"bz2": _unpacker(bz2.BZ2Decompressor), "lz4": _unpack
 mcap.DECOMPRESSORS.update(
     {"lz4": _chunk_unpacker(LZ4FrameDecompressor), "zstd": _chunk_unpacker(zstd.ZstdDecompressor)}
 )
-ros2.zstd = SimpleNamespace(open=_CountedFile, decompress=_unpacker(zstd.ZstdDecompressor))
+replaced: Any = ros2  # its module of zstd is not meant to be replaced
+replaced.zstd = SimpleNamespace(open=_CountedFile, decompress=_unpacker(zstd.ZstdDecompressor))
 apsw.connection_hooks.append(_limit_database)

@@ -10,7 +10,7 @@ import io
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from lz4.frame import LZ4FrameDecompressor
 
@@ -92,7 +92,7 @@ class _View(io.RawIOBase):
         self._at = origin + offset
         return self._at
 
-    def readinto(self, buffer: memoryview) -> int:
+    def readinto(self, buffer: Any) -> int:
         for begin, end, content in self._stretches:
             if begin <= self._at < end:
                 most = min(len(buffer), end - self._at)

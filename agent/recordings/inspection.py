@@ -119,7 +119,9 @@ def inspect_bag(path: Path, named: Mapping[str, str] | None = None, depth_unit: 
         topics = []
         for stream in bag.streams:
             first, last = ((times[stream] - bag.start) / 1e9 if stream in times else None for times in (began, ended))
-            rate = (stream.count - 1) / (last - first) if first is not None and last > first else None
+            rate = None
+            if first is not None and last is not None and last > first:
+                rate = (stream.count - 1) / (last - first)
             offer = offer_of.get(stream)
             of_camera = (offer.frame, offer.role, offer.problem) if offer else ()
             topics.append(TopicInfo(stream.topic, stream.type, stream.count, rate, first, last, *of_camera))
@@ -167,7 +169,7 @@ def print_bag_info(info: BagInfo, results: TextIO) -> None:
     """Print the content of a bag as text."""
     columns = columns_of(results)
     print(f"{info.path}: {info.seconds:.1f} s, {sum(topic.count for topic in info.topics)} messages\n", file=results)
-    rows = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
+    rows: list[tuple[str, ...]] = [("topic", "type", "frame", "messages", "a second", "from s", "to s")]
     rows += [
         (
             topic.name,

@@ -34,7 +34,7 @@ def open_picture(data: bytes, kinds: Collection[str]) -> Any:
     from PIL.PngImagePlugin import PngImageFile
     from PIL.TiffImagePlugin import TiffImageFile
 
-    openers = {"PNG": PngImageFile, "JPEG": JpegImageFile, "TIFF": TiffImageFile}
+    openers: dict[str, Any] = {"PNG": PngImageFile, "JPEG": JpegImageFile, "TIFF": TiffImageFile}
     kind = next((kind for kind in kinds if data.startswith(_BEGINNINGS[kind])), None)
     if kind is None:
         raise BadInput(f"it is {'neither ' if len(kinds) > 1 else 'no '}{' nor '.join(kinds)}")

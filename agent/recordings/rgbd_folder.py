@@ -109,7 +109,10 @@ def read_rgbd(
     _check_lens(matrix, values.shape)
     depth, told = _metres(values, matrix, depth_unit, lens, depths[chosen])
     used = {"depth": str(depths[chosen].relative_to(folder))}
-    color, said = None, (f"there is no colour picture: no {', '.join(_COLORS)} has color, colour or rgb in its name",)
+    color: np.ndarray | None = None
+    said: tuple[str, ...] = (
+        f"there is no colour picture: no {', '.join(_COLORS)} has color, colour or rgb in its name",
+    )
     if chosen in pairs:
         color, said = _color(pairs[chosen].color, depth.shape)
         said = (pairs[chosen].note, *said) if pairs[chosen].note and color is not None else said

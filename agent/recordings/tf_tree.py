@@ -166,7 +166,11 @@ class Frames:
         pose = np.eye(4)
         for at, following in zip(path, path[1:], strict=False):
             up, down = self.transforms.get((at, following)), self.transforms.get((following, at))
-            pose = pose @ (down.parent_from_child if down is not None else np.linalg.inv(up.parent_from_child))
+            if down is not None:
+                pose = pose @ down.parent_from_child
+                continue
+            assert up is not None  # the path is one of the tree
+            pose = pose @ np.linalg.inv(up.parent_from_child)
         return pose
 
 

@@ -156,8 +156,8 @@ class Stage:
 
     def _covered(self, poses: Sequence[np.ndarray]) -> np.ndarray:
         """Return the numbers of the pixels that bodies may cover."""
-        camera, poses = self._camera, np.asarray(poses)
-        points = np.einsum("bij,bcj->bci", poses[:, :3, :3], self._bodies.corners) + poses[:, None, :3, 3]
+        camera, placed = self._camera, np.asarray(poses)
+        points = np.einsum("bij,bcj->bci", placed[:, :3, :3], self._bodies.corners) + placed[:, None, :3, 3]
         pose = camera.world_from_camera
         if (((points - pose[:3, 3]) @ pose[:3, 2]) < camera.near).any():
             return np.arange(camera.height * camera.width)

@@ -91,7 +91,7 @@ def misfit(value: Any, hint: Any, where: str) -> str | None:
         hint: a type: a dataclass of such types, a union, tuple or mapping of them, or a plain one.
         where: the words for its place.
     """
-    if is_dataclass(hint):
+    if isinstance(hint, type) and is_dataclass(hint):
         if not isinstance(value, Mapping):
             return f"{where} must be an object"
         for entry in fields(hint):

@@ -67,7 +67,7 @@ class RerunLog:
             path.open("wb").close()  # rerun's own error does not say why
         except OSError as error:
             raise UsageError(f"cannot write the recording {str(path)!r}: {error.strerror}") from error
-        hidden = {
+        hidden: dict[Any, Any] = {
             f"world/candidates/rank_{rank}": blueprint.EntityBehavior(visible=False)
             for rank in range(1, CANDIDATES + 1)
         }

@@ -154,7 +154,11 @@ class RunRecord:
     def on_picture(self, picture: Picture) -> None:
         """Record one picture; it replaces an earlier one with the same name."""
         if picture.name not in self.pictures:
-            entry = {"name": picture.name, "file": f"{picture.name}.{FORMAT}", "caption": picture.caption}
+            entry: dict[str, Any] = {
+                "name": picture.name,
+                "file": f"{picture.name}.{FORMAT}",
+                "caption": picture.caption,
+            }
             if picture.name == FILM:
                 entry["interval"] = self._interval
             self.report["pictures"].append(entry)

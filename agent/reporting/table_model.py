@@ -113,7 +113,7 @@ class TableModel:
             return None
         scene = self._frame("the table as it was seen", {})
         steps = self._build or ([scene] if self._film else [])
-        views = [
+        views: list[dict[str, Any]] = [
             {"name": "scene", "start": 0, "frames": [scene]},
             {"name": "goal", "start": self._chosen, "frames": self._candidates},
             {"name": "released" if self._released else "build", "start": len(steps) - 1, "frames": steps},
@@ -128,8 +128,8 @@ class TableModel:
         return self._frame(caption, {cloud.name: motion for cloud, motion in zip(clouds, motions, strict=True)})
 
     def _frame(self, caption: str, motions: Mapping[str, np.ndarray]) -> _Frame:
-        motions = [_motion(motions.get(each["name"])) for each in self._seen["objects"]]
-        return {"caption": caption, "motions": motions}
+        each_motion = [_motion(motions.get(each["name"])) for each in self._seen["objects"]]
+        return {"caption": caption, "motions": each_motion}
 
 
 def _objects(event: events.Perceived) -> list[dict[str, Any]]:

@@ -71,16 +71,16 @@ def folder_or_new(folder: Path | None, name: str) -> Iterator[Path]:
         return
     name = f"{datetime.now():%Y%m%d-%H%M%S}-{name}"
     for number in count(1):
-        folder = Path("out") / (name if number == 1 else f"{name}-{number}")
+        new = Path("out") / (name if number == 1 else f"{name}-{number}")
         with suppress(FileExistsError):
-            folder.mkdir(parents=True)
+            new.mkdir(parents=True)
             break
     try:
-        yield folder
+        yield new
     finally:
         with suppress(OSError):  # it is not empty
-            folder.rmdir()
-            folder.parent.rmdir()
+            new.rmdir()
+            new.parent.rmdir()
 
 
 def state_folder() -> Path | None:

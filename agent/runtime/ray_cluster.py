@@ -7,6 +7,7 @@ import re
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from agent.errors import UsageError, one_sentence
 
@@ -33,10 +34,12 @@ def ray_cluster(address: str, workers: int | None) -> Iterator[int]:
         import ray
     except ImportError as error:
         raise UsageError("--ray needs Ray, and it is not installed; pip install 'structagent[ray]' does it") from error
-    own = {"num_cpus": workers, "include_dashboard": False} if address == RAY_HERE else {}
+    own: dict[str, Any] = {"logging_level": "ERROR"}
+    if address == RAY_HERE:
+        own |= {"num_cpus": workers, "include_dashboard": False}
     _knock(address)
     try:
-        ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
+        ray.init(address=address, log_to_driver=False, **own)
     except (ConnectionError, RuntimeError, ValueError) as error:
         raise UsageError(f"--ray cannot be {address!r}: {one_sentence(error)}") from error
     try:

@@ -127,9 +127,10 @@ def lines_as_they_come(stream: TextIO, keep_blank: bool = False) -> Iterator[lis
         stream: a text stream over bytes, such as `sys.stdin`.
         keep_blank: also yield blank lines.
     """
+    source: Any = stream.buffer  # buffered: it hands over what there is
     begun, piece, decoder = "", b"more", None
     while piece:
-        piece = stream.buffer.read1(_PIECE)  # type: ignore[union-attr]
+        piece = source.read1(_PIECE)
         mark = 0
         if decoder is None:
             encoding, mark = encoding_of(piece)

@@ -93,7 +93,7 @@ def console_on(stream: TextIO, **options: Any) -> Console:
                 text, style, control = segment
                 if control is None and (style is None or style.link is None):
                     yield Segment(visible(text), style)
-                elif control is None:
+                elif control is None and style is not None:
                     yield Segment(visible(text), style.update_link(None))  # it is written around the text
                 else:
                     yield segment

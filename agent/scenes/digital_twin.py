@@ -149,6 +149,7 @@ class RecordedSource:
         telling = bool(nouns)
         if goal.goal.plain_spec is None:
             return RecordedScene(self, self.objects, len(self.objects), seed, telling)
+        assert selection is not None
         asked = [self.objects[index] for index in selection.indices]
         if refused := [self.objects[i] for i in _named(goal) if self.objects[i].trouble]:
             those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
@@ -200,6 +201,7 @@ class RecordedSource:
         for each in self.objects:
             surface = trimesh.Trimesh(each.model.mesh_vertices, each.model.mesh_faces, process=False)
             mesh = surface.export(file_type="ply")
+            assert isinstance(mesh, bytes)
             # Its content is in its name: another scene in the same folder keeps its own "object 1".
             stem = re.sub(r"[^a-z0-9]+", "-", each.name.lower())
             file = meshes / f"{stem}-{hashlib.sha256(mesh).hexdigest()[:8]}.ply"
@@ -271,7 +273,7 @@ class RecordedScene(TableScene):
         The objects themselves stand: where a body does not, what was not seen of it, or of what carries it, was
         completed badly. A body beyond the table's edge is none that stands there, and falls.
         """
-        notes = []
+        notes: list[str] = []
         while True:
             self.world.settle(_SETTLE_SECONDS)
             moved = [i for i, now in enumerate(self.world.poses()) if i not in self.world.held and self._left(i, now)]

@@ -163,7 +163,8 @@ class _Reader:
         if len(listed.value) > MOST_OBJECTS:
             too_many = listed.value[MOST_OBJECTS]
             self._note(too_many, f"{len(listed.value)} objects are too many; legal: 1 to {MOST_OBJECTS}")
-        objects, names = [], {}
+        objects = []
+        names: dict[str, int] = {}
         for node in listed.value[:MOST_OBJECTS]:
             placed = self._object(node)
             if placed is None:
@@ -211,7 +212,7 @@ class _Reader:
             if key not in legal:
                 near = get_close_matches(key.lower(), legal, n=1)
                 intended = _ELSEWHERE_CALLED.get(key.lower(), near[0] if near else None)
-                unread.update((intended,) if intended in legal else _COUNTED_FROM_ZERO)
+                unread.update((intended,) if intended and intended in legal else _COUNTED_FROM_ZERO)
                 hint = f"did you mean {intended!r}?" if intended in legal else f"legal keys: {', '.join(legal)}"
                 self._note(key_node, f"unknown key {key!r} in {what}; {hint}")
             elif key in found:

@@ -101,7 +101,8 @@ def _part(shape: LinkShape, size: float) -> Surface:
     if shape.round:
         vertices, faces = cylinder(shape.sides[0] / 2, shape.sides[2])
     else:
-        vertices, faces = box(-np.array(shape.sides) / 2, np.array(shape.sides) / 2)
+        half = [side / 2 for side in shape.sides]
+        vertices, faces = box([-side for side in half], half)
     link_from_part = pose_from_position_quaternion(np.array(shape.position), np.array(shape.quaternion))
     color = np.array(shape.color) / 255
     if max(shape.color) < _BLACK:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -137,7 +138,7 @@ def pose_of(placed: PlacedObject, model: ObjectModel) -> np.ndarray:
     return pose
 
 
-def placement_of(model: ObjectModel, world_from_object: np.ndarray) -> dict[str, float]:
+def placement_of(model: ObjectModel, world_from_object: np.ndarray) -> dict[str, Any]:
     """Return the numbers of a scene file's line that puts an object there, to a micrometre and a ten-thousandth
     degree."""
     turn = world_from_object[:3, :3]

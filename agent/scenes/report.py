@@ -41,7 +41,7 @@ def scene_report(path: Path, standing: Sequence[StandingObject]) -> dict[str, An
 
 def print_scene(standing: Sequence[StandingObject], out: TextIO) -> None:
     """Print the same as a table, one object per line; roll and pitch only if something is tilted."""
-    rows = [_HEADINGS]
+    rows: list[tuple[str, ...]] = [_HEADINGS]
     for entry in standing:
         placed = entry.placed
         rows.append(

@@ -241,5 +241,5 @@ def scatter(models: Sequence[ObjectModel], rng: np.random.Generator, table: Tabl
         if free is None:
             return None
         taken.append(outline + free)
-        poses[index] = pose_from_xyz_yaw(*free, 0.0, yaw)
+        poses[index] = pose_from_xyz_yaw(free[0], free[1], 0.0, yaw)
     return np.array(poses)

@@ -55,6 +55,7 @@ def draw_goal_scene(library: Sequence[ObjectModel], goal: Interpretation, rng: n
         SceneError: if these objects cannot make such a structure, or no draw has the mixture that is asked for.
     """
     nouns = [model.category for model in library]
+    assert goal.selection is not None
     selected = goal.selection.indices
     if goal.selection.described:
         return _draw_described(library, [library[index] for index in selected], goal, rng)

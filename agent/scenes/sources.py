@@ -46,10 +46,17 @@ class SceneSource(Protocol):
         other_arm: why a trajectory for the arm of the scene cannot be exported; empty if it can.
     """
 
-    referents: Sequence[SceneObject]
-    catalogue: bool
-    hint: str
-    other_arm: str
+    @property
+    def referents(self) -> Sequence[SceneObject]: ...
+
+    @property
+    def catalogue(self) -> bool: ...
+
+    @property
+    def hint(self) -> str: ...
+
+    @property
+    def other_arm(self) -> str: ...
 
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """Open the table, on which the objects that the goal selected among the referents take part; close it.
@@ -206,6 +213,7 @@ class FileScene(TableScene):
     """
 
     def __init__(self, standing: Sequence[StandingObject], goal: Interpretation, seed: int) -> None:
+        assert goal.selection is not None
         selected = sorted(goal.selection.indices)
         check_count([standing[index].name for index in selected], len(standing), goal.spec)
         ordered = [standing[index] for index in (*selected, *(k for k in range(len(standing)) if k not in selected))]

@@ -20,8 +20,8 @@ def chosen_of_blocks(depth: np.ndarray, size: int) -> np.ndarray:
         size: of the blocks; rows and columns that fill no block are left out.
     """
     rows, columns = depth.shape[0] // size, depth.shape[1] // size
-    blocks = depth[: rows * size, : columns * size].reshape(rows, size, columns, size).transpose(0, 2, 1, 3)
-    blocks = blocks.reshape(rows, columns, size * size)
+    apart = depth[: rows * size, : columns * size].reshape(rows, size, columns, size).transpose(0, 2, 1, 3)
+    blocks = apart.reshape(rows, columns, size * size)
     known = np.isfinite(blocks).sum(axis=-1)
     order = np.argsort(blocks, axis=-1)  # NaN last
     middle = np.take_along_axis(order, np.maximum((known - 1) // 2, 0)[..., None], axis=-1)[..., 0]

@@ -127,7 +127,7 @@ def _hexagon_mat(rng: np.random.Generator) -> Shape:
 
 def _gable(rng: np.random.Generator) -> Shape:
     side, height = rng.uniform(0.06, 0.09), rng.uniform(0.12, 0.2)
-    points = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0.0, height)]
+    points = [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (0.0, height)]
     points += [(x, 0.0, height + 0.35 * side) for x in (-1, 1)]
     mesh = trimesh.convex.convex_hull(np.array(points) * (side / 2, side / 2, 1.0))
     return standing("carton", mesh, 0.0)
@@ -257,7 +257,9 @@ def hollow(kind: str, outer: Sequence[tuple[float, float]], *extra: trimesh.Trim
     inner = [(radius - _WALL, max(z, _WALL)) for radius, z in reversed(outer)]
     inner[0] = (inner[0][0], outer[-1][1])
     mesh = trimesh.creation.revolve(np.array([(0.0, 0.0), *outer, *inner, (0.0, _WALL)]), sections=SIDES)
-    return Shape(kind, trimesh.util.concatenate([mesh, *extra]), floor=(_WALL, inner[-1][0]))
+    whole = trimesh.util.concatenate([mesh, *extra])
+    assert isinstance(whole, trimesh.Trimesh)
+    return Shape(kind, whole, floor=(_WALL, inner[-1][0]))
 
 
 def placed_footprint(shape: Shape, pose: np.ndarray) -> shapely.Polygon:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from agent import __version__
 from agent.runtime.jsonl_journal import locked_folder
@@ -70,7 +71,7 @@ def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -
     with ExitStack() as stack:
         stack.enter_context(locked_folder(config.out, "structagent generate"))
         count = stack.enter_context(ray_cluster(ray, workers)) if ray else workers or os.cpu_count() or 1
-        how = {"seed": config.seed, "workers": count, "ray": ray is not None}
+        how: dict[str, Any] = {"seed": config.seed, "workers": count, "ray": ray is not None}
         steps = {
             "shards of scenes": generate(models, config.out, config.scenes, crowded=config.crowded, **how),
             "groups of pairs": generate_pairs(models, config.out, config.pairs, **how),

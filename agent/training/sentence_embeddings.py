@@ -36,6 +36,8 @@ def write_language(folder: str | Path, encoder: SentenceEncoder, seed: int = 0) 
             texts.append(text.replace(f" {general}", f" {rng.choice(_NOUNS)}", 1))
             words.append(word_ids(spec))
     folder = Path(folder)
-    arrays = {"embeddings": encoder.encode(texts).astype(np.float16), "words": np.array(words, dtype=np.int8)}
+    arrays: dict[str, np.ndarray] = {
+        "embeddings": encoder.encode(texts).astype(np.float16), "words": np.array(words, dtype=np.int8),
+    }  # fmt: skip
     save_arrays(folder / "language.npz", arrays)
     return len(texts)

@@ -133,7 +133,7 @@ def _train(run: TrainingRun, device: torch.device, distributed: DistributedConte
         torch.manual_seed(run.seed)
         model, loss = _TASKS[run.kind](run.data, device, run.recipe.batch, run.start)
     if run.precision != FLOAT32:
-        loss = partial(loss, autocast=True)
+        loss = partial(loss, autocast=True)  # type: ignore[call-arg]  # losses of networks with a precision take it
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
     examples = "pairs" if run.kind == "collision" else "scenes"
     start = file_facts(run.start) if run.start is not None else None

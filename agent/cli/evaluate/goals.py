@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -70,6 +70,6 @@ def goals(
     from agent.evaluation.report import write_evaluation
 
     config = GoalsConfig(objects, weights, seed, candidates, allow_unverified, arm, hold.value)
-    options = {"disturbed": disturbed, "workers": workers, "out": out}
+    options: dict[str, Any] = {"disturbed": disturbed, "workers": workers, "out": out}
     measure = partial(measure_goals, config, model or ["diffusion"], family, scenes, **options)
     finish(measure, print_goals, out, json_output, write_evaluation)

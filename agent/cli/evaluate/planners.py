@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -109,7 +109,7 @@ def success(
     most = min(TOP_K, candidates) if top_k is None else top_k
     config = SuccessConfig(objects, weights, seed, candidates, allow_unverified, most, objects_per_scene, table, camera)
     structures = checked_structures(structure)
-    options = {"workers": workers, "ray": ray, "out": out, "pictures": pictures}
+    options: dict[str, Any] = {"workers": workers, "ray": ray, "out": out, "pictures": pictures}
     measure = partial(measure_success, config, model or ["diffusion"], structures, scenes, **options)
     finish(measure, print_success, out, json_output, write_success)
 
@@ -188,7 +188,7 @@ def recordings(
     from agent.evaluation.recordings import measure_recordings, print_recordings
     from agent.evaluation.report import write_evaluation
 
-    options = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
+    options: dict[str, Any] = {"workers": workers, "out": out, "allow_unverified": allow_unverified}
     options["hard"] = difficulty is Difficulty.hard
     measure = partial(measure_recordings, objects, model, weights, scenes, seed, execute, **options)
     finish(measure, print_recordings, out, json_output, write_evaluation)

@@ -91,7 +91,7 @@ def _rows(config: FiguresConfig, loaded: LoadedPlanners, scene: GoalScene, metho
 def _row(config: FiguresConfig, loaded: LoadedPlanners, scene: GoalScene, observed: Scene, method: str) -> Row:
     """Return the row of one method, JSON-ready."""
     started = time.perf_counter()
-    members = scene.goal.structures[0].objects or ()
+    members = scene.goal.structures[0].indices
     verdicts, problem, family = [], None, None
     try:
         figure = METHODS[method](example_of(scene, loaded.objects), scene.family, len(members))

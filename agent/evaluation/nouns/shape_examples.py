@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pybullet_data
@@ -31,7 +32,8 @@ def shape_examples(count: int, seed: int | tuple[int, ...]) -> tuple[np.ndarray,
     """Return the features (count, F) of drawn shapes as cameras see them, and the class of each."""
     rng = np.random.default_rng(seed)
     sources: Sequence[Draw] = (_procedural, _family, _turned, _stray)
-    features, classes = np.empty((count, COUNT), np.float32), []
+    features = np.empty((count, COUNT), np.float32)
+    classes: list[str] = []
     while len(classes) < count:
         name, mesh = sources[int(rng.choice(4, p=(0.4, 0.2, 0.25, 0.15)))](rng)
         view = object_view([Surface(mesh)], rng, picture=False)
@@ -65,13 +67,13 @@ def _stray(rng: np.random.Generator) -> tuple[str, trimesh.Trimesh]:
     """Return an object without a noun: one of PyBullet's random ones, or two shapes pushed together."""
     if rng.random() < 0.6:
         files = _strays()
-        mesh = trimesh.load(files[int(rng.integers(len(files)))], force="mesh", process=False)
+        mesh: Any = trimesh.load(files[int(rng.integers(len(files)))], force="mesh", process=False)
         if not np.isfinite(mesh.vertices).all():
             return _stray(rng)  # one of the files holds no numbers
         return OTHER, mesh.apply_scale(rng.uniform(0.05, 0.16) / mesh.extents.max())
     first, second = (_family(rng)[1].copy() for _ in range(2))
     second.apply_translation((*rng.uniform(-0.04, 0.04, 2), rng.choice((0.0, rng.uniform(0.0, 0.08)))))
-    return OTHER, trimesh.util.concatenate([first, second])
+    return OTHER, _joined(first, second)
 
 
 def _revolved(profile: Sequence[tuple[float, float]]) -> trimesh.Trimesh:
@@ -105,10 +107,16 @@ def _handle(radius: float, height: float, rng: np.random.Generator) -> trimesh.T
     return ring
 
 
+def _joined(*parts: trimesh.Trimesh) -> trimesh.Trimesh:
+    joined = trimesh.util.concatenate(list(parts))
+    assert isinstance(joined, trimesh.Trimesh)
+    return joined
+
+
 def _mug(rng: np.random.Generator) -> trimesh.Trimesh:
     radius, height = rng.uniform(0.036, 0.055), rng.uniform(0.07, 0.13)
     body = _vessel(radius, height, rng.uniform(0.65, 1.0), rng.uniform(0.3, 1.2), rng.uniform(0.003, 0.006))
-    return trimesh.util.concatenate([body, _handle(radius * 0.93, height, rng)])
+    return _joined(body, _handle(radius * 0.93, height, rng))
 
 
 def _cup(rng: np.random.Generator) -> trimesh.Trimesh:
@@ -170,7 +178,7 @@ def _ball(rng: np.random.Generator) -> trimesh.Trimesh:
 def _pitcher(rng: np.random.Generator) -> trimesh.Trimesh:
     radius, height = rng.uniform(0.045, 0.07), rng.uniform(0.14, 0.24)
     body = _vessel(radius, height, rng.uniform(0.75, 1.1), 1.0, 0.004)
-    return trimesh.util.concatenate([body, _handle(radius * 0.95, height, rng)])
+    return _joined(body, _handle(radius * 0.95, height, rng))
 
 
 def _milk_carton(rng: np.random.Generator) -> trimesh.Trimesh:
@@ -181,7 +189,7 @@ def _milk_carton(rng: np.random.Generator) -> trimesh.Trimesh:
     ridge = np.array([(x, y, wall + roof) for x in (cut - length, length - cut) for y in (-0.004, 0.004)]) / (2, 2, 1)
     fin = trimesh.creation.box((length, 0.004, seam))
     fin.apply_translation((0.0, 0.0, wall + roof + seam / 2))
-    return trimesh.util.concatenate([trimesh.convex.convex_hull(np.concatenate((corners, ridge))), fin])
+    return _joined(trimesh.convex.convex_hull(np.concatenate((corners, ridge))), fin)
 
 
 _TURNED = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -74,7 +75,8 @@ def write_and_report(features: np.ndarray, classes: list[str], seed: int, out: P
     from agent.perception.nouns.shape_head import ShapeHead
 
     kept = round(len(classes) * (1.0 - _HELD_OUT))
-    np.savez(out, **train_shapes(features[:kept], classes[:kept], seed))
+    weights: dict[str, Any] = {**train_shapes(features[:kept], classes[:kept], seed)}
+    np.savez(out, **weights)
     head = ShapeHead(out)
     told = [max((shares := head.shares(one)), key=shares.__getitem__) for one in features[kept:]]
     right = sum(one == other for one, other in zip(told, classes[kept:], strict=True))

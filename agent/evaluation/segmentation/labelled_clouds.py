@@ -79,4 +79,5 @@ def class_of(path: Path) -> str:
 
 def _stem_and_number(path: Path) -> tuple[str, int]:
     found = re.fullmatch(r"(.*?)[-_ ]*(\d*)", path.stem)
+    assert found is not None  # every text is of this form
     return found[1], int(found[2] or 0)

@@ -56,8 +56,9 @@ def measure_segmentation(
     """
     jobs: list[Job]
     if data is not None:
-        jobs = list(labelled_files(data))
-        read_labelled(jobs[0])  # a folder of other clouds is reported before any worker starts
+        files = labelled_files(data)
+        jobs = list(files)
+        read_labelled(files[0])  # a folder of other clouds is reported before any worker starts
         command = command_line("segmentation", data=data, method=method)
     else:
         jobs = [(kind, part, seed, number, printed) for kind in ARRANGEMENTS for number in range(count)]

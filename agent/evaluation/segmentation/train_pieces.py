@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -95,7 +96,8 @@ def write_and_report(drawn: list[list[Example]], seed: int, out: Path) -> None:
     order = np.random.default_rng(seed).permutation(len(drawn))
     kept = round(len(drawn) * (1.0 - _HELD_OUT))
     training, others = ([one for k in part for one in drawn[k]] for part in (order[:kept], order[kept:]))
-    np.savez(out, **train_pieces(training, seed))
+    weights: dict[str, Any] = {**train_pieces(training, seed)}
+    np.savez(out, **weights)
     likely = PieceNetwork(out)([one.features for one in others])
     right = sum((share > 0.5) == one.one for share, one in zip(likely, others, strict=True))
     print(f"{right} of {len(others)} pairs of recordings that were held out are told right; wrote {out}")

@@ -77,7 +77,8 @@ def _front(seen: np.ndarray, rise: np.ndarray, width: float) -> list[float]:
     body = seen[(rise > 0.1) & (rise < 0.85)]
     distances = np.full(_COLUMNS, np.nan)
     if len(body) > 20:
-        edges = np.linspace(*np.percentile(body[:, 1], (2, 98)), _COLUMNS + 1)
+        low, high = np.percentile(body[:, 1], (2, 98))
+        edges = np.linspace(low, high, _COLUMNS + 1)
         place = np.searchsorted(edges, body[:, 1]) - 1
         for k in range(_COLUMNS):
             own = body[place == k, 0]

@@ -90,7 +90,8 @@ def checked_integer(argument: str, value: Any, least: int, most: int) -> int:
         StructagentError: for any other value, and outside the limits.
     """
     legal = f"legal: a whole number of {least} to {most}"
-    if isinstance(value, bool) or not hasattr(value, "__index__") or getattr(value, "ndim", 0):
+    dimensions: Any = getattr(value, "ndim", 0)
+    if isinstance(value, bool) or not hasattr(value, "__index__") or dimensions:
         raise wrong_argument(f"{argument} cannot be {shown(value)}; {legal}")
     number = value.__index__()
     if not least <= number <= most:

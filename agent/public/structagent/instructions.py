@@ -169,6 +169,7 @@ def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint:
     notes = tuple(filter(None, notes))
     if goal.goal.plain_spec is None:
         return scene_goal_of_parts(goal.goal, len(scene), notes)
+    assert goal.selection is not None  # the objects are known
     members = tuple(sorted(goal.selection.indices))
     return SceneGoal(goal.spec, members, notes, Goal((StructurePart.of(goal.spec, members),)))
 
@@ -176,8 +177,9 @@ def scene_goal_of_text(cache: ResourceCache, text: str, scene: Scene, viewpoint:
 def scene_goal_of_parts(goal: Goal, count: int, notes: tuple[str, ...] = ()) -> SceneGoal:
     """Return a goal in a scene of `count` objects, with the objects of every structure listed."""
     goal = goal.resolved(count)
-    members = sorted({index for part in goal.parts if isinstance(part.objects, tuple) for index in part.objects})
-    return SceneGoal(goal.plain_spec or StructureSpec(), tuple(members), notes, goal)
+    objects = {index for part in goal.parts if isinstance(part.objects, tuple) for index in part.objects}
+    members = tuple(sorted(index for index in objects if isinstance(index, int)))
+    return SceneGoal(goal.plain_spec or StructureSpec(), members, notes, goal)
 
 
 def dropped_notes(spec: StructureSpec, dropped: Mapping[str, str]) -> list[str]:

@@ -156,7 +156,7 @@ def _checked_listeners(on_event: Any) -> tuple[Callable[[Event], object], ...]:
             f"on_event cannot be {shown(on_event)}; legal: a function of one event, a listener with the method "
             "on_event, or a list of these"
         )
-    return listeners
+    return listeners  # type: ignore[return-value]  # mypy does not see that all are callable
 
 
 class _Log:
@@ -188,7 +188,8 @@ class _Log:
         failed, finished = self._last.get("Failed"), self._last["Finished"]
         if failed is not None and failed.exit_code in _REFUSED:
             raise StructagentError(in_python(failed.message), failed.exit_code)
-        perceived, chosen, checked = (self._last.get(kind) for kind in ("Perceived", "Chosen", "Checked"))
+        chosen, checked = self._last.get("Chosen"), self._last.get("Checked")
+        perceived = self._last["Perceived"]
         moved = tuple(index for index, each in enumerate(perceived.objects) if each.takes_part)
         motions = None
         if chosen is not None:

@@ -81,7 +81,7 @@ def _off_plane(
     slope, lift = rng.normal(0.0, _TILT, 2), rng.normal(0.0, _LIFT)
     level = level.copy()
     level[..., 2] += (level[..., :2] - middle[:2]) @ slope + lift
-    turn = pose_from_xyz_yaw(*middle[:2], 0.0, rng.normal(0.0, 0.05))
+    turn = pose_from_xyz_yaw(middle[0], middle[1], 0.0, rng.normal(0.0, 0.05))
     turn[:2, 3] -= turn[:2, :2] @ middle[:2]
     return transform_points(turn, level.reshape(-1, 3)).reshape(level.shape), transform_points(turn, eye[None])[0]
 

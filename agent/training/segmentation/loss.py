@@ -42,7 +42,7 @@ def segmentation_loss(
             terms[name].append(value)
     parts |= {name: torch.stack(values).mean() if values else outputs.sum() * 0.0 for name, values in terms.items()}
     weighted = {name: _WEIGHTS[name] * value for name, value in parts.items()}
-    return weighted | {"loss": sum(weighted.values())}
+    return weighted | {"loss": sum(weighted.values(), outputs.new_zeros(()))}
 
 
 def _of_view(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import torch
 from safetensors import SafetensorError
@@ -81,8 +82,9 @@ class SegmentationNetwork(Checkpointed):
         weights: dict[str, torch.Tensor] = {}
         for name, module in self.named_modules():
             if isinstance(module, Block):
-                weights |= {f"{name}.{key}": value for key, value in _folded(module[0], module[1]).items()}
-        weights |= {"head.weight": self.head.weight.detach(), "head.bias": self.head.bias.detach()}
+                weights |= {f"{name}.{key}": value for key, value in _folded(module).items()}
+        head: Any = self.head
+        weights |= {"head.weight": head.weight.detach(), "head.bias": head.bias.detach()}
         config = json.dumps({"kind": self.kind, **asdict(self.config)}, indent=2) + "\n"
         stored = {name: value.half().contiguous().cpu() for name, value in weights.items()}
         write_all_whole(folder, {CONFIG_NAME: config, WEIGHTS_NAME: save(stored)})
@@ -106,10 +108,12 @@ class SegmentationNetwork(Checkpointed):
             state = load_file(folder / WEIGHTS_NAME)
             for name, module in self.named_modules():
                 if isinstance(module, Block):
-                    module[0].weight.copy_(state[f"{name}.weight"])
-                    module[1].bias.copy_(state[f"{name}.bias"])
-            self.head.weight.copy_(state["head.weight"])
-            self.head.bias.copy_(state["head.bias"])
+                    convolution, normalisation = _layers(module)
+                    convolution.weight.copy_(state[f"{name}.weight"])
+                    normalisation.bias.copy_(state[f"{name}.bias"])
+            head: Any = self.head
+            head.weight.copy_(state["head.weight"])
+            head.bias.copy_(state["head.bias"])
         except (OSError, ValueError, SafetensorError, KeyError, RuntimeError) as error:
             raise CheckpointError(f"{str(folder)!r} holds no segmentation network to start from: {error}") from error
         blocks = [module for module in self.modules() if isinstance(module, Block)]
@@ -119,7 +123,7 @@ class SegmentationNetwork(Checkpointed):
             hook.remove()
 
 
-def _normalise_alike(normalisation: nn.BatchNorm2d, given: tuple[torch.Tensor]) -> None:
+def _normalise_alike(normalisation: Any, given: tuple[torch.Tensor]) -> None:
     """Make a normalisation, whose bias is what it has to add, the identity beside that for what it is given."""
     mean, variance = given[0].mean(dim=(0, 2, 3)), given[0].var(dim=(0, 2, 3))
     normalisation.running_mean.copy_(mean)
@@ -128,9 +132,15 @@ def _normalise_alike(normalisation: nn.BatchNorm2d, given: tuple[torch.Tensor]) 
     normalisation.bias.add_(mean)
 
 
+def _layers(block: Block) -> tuple[Any, Any]:
+    """Return the convolution and the normalisation of a block, which has a bias and running means."""
+    return block[0], block[1]
+
+
 @torch.no_grad()
-def _folded(convolution: nn.Conv2d, normalisation: nn.BatchNorm2d) -> dict[str, torch.Tensor]:
-    """Return the weight and bias of a convolution that does what both do."""
+def _folded(block: Block) -> dict[str, torch.Tensor]:
+    """Return the weight and bias of a convolution that does what the two layers of a block do."""
+    convolution, normalisation = _layers(block)
     scale = normalisation.weight / torch.sqrt(normalisation.running_var + normalisation.eps)
     return {
         "weight": convolution.weight * scale[:, None, None, None],

@@ -117,6 +117,7 @@ def _procedural(rng: np.random.Generator) -> Shape:
     """Draw one of the procedural objects that the pose generators are trained with."""
     build, _, _ = KINDS[_PROCEDURAL[int(rng.integers(len(_PROCEDURAL)))]]
     mesh = trimesh.util.concatenate([trimesh.convex.convex_hull(part) for part in build(rng)])
+    assert isinstance(mesh, trimesh.Trimesh)
     mesh.apply_translation((*-mesh.bounds[:, :2].mean(axis=0), 0.0))
     return standing("procedural", mesh, 0.0)
 

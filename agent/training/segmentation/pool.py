@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,9 @@ def fill(folder: Path, first: int, count: int, step: int, seed: int) -> None:
         views: list[View] = []
         while len(views) < PER_SHARD:
             views += draw_views(rng, _PER_SCENE)
-        arrays = {name: np.stack([getattr(view, name) for view in views[:PER_SHARD]]) for name in _NAMES}
+        arrays: dict[str, Any] = {
+            name: np.stack([getattr(view, name) for view in views[:PER_SHARD]]) for name in _NAMES
+        }
         content = io.BytesIO()
         np.savez(content, **arrays)
         write_whole(path, content.getvalue())

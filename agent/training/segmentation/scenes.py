@@ -165,7 +165,7 @@ def training_camera(placed: list[Placed], rng: np.random.Generator) -> np.ndarra
 def level_from(camera: np.ndarray) -> np.ndarray:
     """Return level_from_camera (4, 4): z up from the table's surface, x the camera's direction of view."""
     turn = math.atan2(camera[1, 2], camera[0, 2])
-    level = pose_from_xyz_yaw(*camera[:2, 3], 0.0, turn)
+    level = pose_from_xyz_yaw(camera[0, 3], camera[1, 3], 0.0, turn)
     return np.linalg.inv(level) @ camera
 
 

@@ -73,7 +73,8 @@ def train_network(options: SegmentationTraining, report: Callable[[str], None]) 
     with torch.random.fork_rng():
         torch.manual_seed(options.seed)  # torch draws initial weights from its global generator alone
         network = SegmentationNetwork(SegmentationConfig())
-    network = network.to(options.device, memory_format=torch.channels_last)
+    layout: Any = {"memory_format": torch.channels_last}  # torch takes it, and its types do not
+    network = network.to(options.device, **layout)
     schedule = TrainingOptions(steps=options.steps, learning_rate=options.learning_rate, seed=options.seed)
     about = {"name": "synthetic tables", "seed": options.seed, "views": options.views}
     metadata = RunMetadata(__version__, about, options.batch, "views")
