@@ -200,9 +200,8 @@ def _contacts(local: np.ndarray, top: float, depths: Sequence[float]) -> tuple[C
             sections += [section] * len(TILTS)
     if not rows:
         return None
-    across_at, along_at, *more, narrow = np.array(rows).T
-    contacts = Contacts(*(across_at, along_at, *more), np.array(sections))
-    return contacts, along_at, narrow > 0
+    across_at, along_at, tops, depth, tilt, narrow = np.array(rows).T
+    return Contacts(across_at, along_at, tops, depth, tilt, np.array(sections)), along_at, narrow > 0
 
 
 def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:

@@ -104,8 +104,7 @@ def openings_for(widths: np.ndarray) -> np.ndarray:
     """Return the largest finger angles (B,), so the smallest openings, that pass `widths` (B, L) at each of `LEVELS`;
     NaN where none does.
     """
-    wide: np.ndarray = gaps() >= widths[:, None]
-    passes: np.ndarray = wide.all(axis=2)
+    passes = np.all(gaps() >= widths[:, None], axis=2)
     last = passes.shape[1] - 1 - passes[:, ::-1].argmax(axis=1)
     return np.where(passes.any(axis=1), ANGLES[last], np.nan)
 
@@ -133,8 +132,7 @@ def contacts(widths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         The finger angles (B,), NaN where they never touch, and the inclines (B,) of the contacts: the tangent of the
         angle by which the fingers press the object out of the hand, negative where they draw it in.
     """
-    narrow: np.ndarray = (gaps() <= widths[:, None]) & (widths > 0.0)[:, None]
-    meets: np.ndarray = narrow.any(axis=2)
+    meets = np.any((gaps() <= widths[:, None]) & (widths > 0.0)[:, None], axis=2)
     first = meets.argmax(axis=1)
     near = np.lib.stride_tricks.sliding_window_view(np.pad(widths, ((0, 0), (3, 3))), 7, axis=1)
     around = near.max(axis=2)  # within 1 cm: few points may be seen at one level

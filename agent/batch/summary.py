@@ -76,8 +76,7 @@ class Summary:
     def print_table(self, results: TextIO) -> None:
         """Print the table, with the whole message of each failure."""
         summary, width = self.to_dict(), columns_of(results)
-        outcomes = [(OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items()]
-        rows: list[tuple[str, ...]] = [("outcome", "rows"), *outcomes]
+        rows: list[tuple[str, ...]] = [
             ("outcome", "rows"),
             *((OUTCOMES[int(code)], str(n)) for code, n in summary["outcomes"].items()),
         ]

@@ -252,10 +252,9 @@ class BuildSession(ProposalSession):
         moved, names = {cloud.name for cloud in left.first.objects}, self.situation.names
         second = part.around if isinstance(part, StructurePart) else part.reference
         named = set[str]()
-        for objects in (part.objects, second):
-            if isinstance(objects, PartReference):
-                objects = goal.parts[objects.part].objects
-            named |= {names[index] for index in objects or () if isinstance(index, int)}
+        for meant in (part.objects, second):
+            objects: Any = goal.parts[meant.part].objects if isinstance(meant, PartReference) else meant
+            named |= {names[index] for index in objects or ()}
         if part.objects is None:
             named |= moved
         return bool(named.intersection(standing)) and named & moved <= set(standing)

@@ -5,7 +5,7 @@ input.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TextIO
 
@@ -51,7 +51,7 @@ class PlainLines:
             prompt, so that the output reads as a conversation.
     """
 
-    def __init__(self, file: TextIO, show: Callable[[str], None], typed: bool = False) -> None:
+    def __init__(self, file: TextIO, show: Callable[[str], object], typed: bool = False) -> None:
         self._file, self._show, self.typed = file, show, typed
         self._ahead: list[str] = []  # lines that were read before they were asked for
         self._script = Script([])
@@ -99,7 +99,7 @@ class PromptedLines:
 
     typed = True
 
-    def __init__(self, commands: dict[str, Sequence[str]], words: Words) -> None:
+    def __init__(self, commands: Mapping[str, Sequence[str]], words: Words) -> None:
         from prompt_toolkit import PromptSession
         from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
         from prompt_toolkit.completion import Completer
@@ -141,7 +141,7 @@ class PromptedLines:
         return Typed(sys.stdin)
 
 
-def completions(text: str, commands: dict[str, Sequence[str]], words: Sequence[str]) -> Iterator[Completion]:
+def completions(text: str, commands: Mapping[str, Sequence[str]], words: Sequence[str]) -> Iterator[Completion]:
     """Yield the completions at the cursor.
 
     Args:

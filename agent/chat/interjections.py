@@ -85,7 +85,7 @@ class Script:
         said: called with each line when it is said.
     """
 
-    def __init__(self, lines: list[Interjection], said: Callable[[str], None] = lambda line: None) -> None:
+    def __init__(self, lines: list[Interjection], said: Callable[[str], object] = lambda line: None) -> None:
         self._lines, self._said = list(lines), said
 
     @property

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import TextIO
+from typing import IO
 
 from agent.runtime.interruption import end_at_once, interrupt
 
@@ -15,7 +15,7 @@ _INSISTENT = 3
 
 
 @contextmanager
-def exit_on_repeated_interrupts(screen: TextIO) -> Iterator[Callable[[], None]]:
+def exit_on_repeated_interrupts(screen: IO[str]) -> Iterator[Callable[[], None]]:
     """End the process with exit code 130 at the third Ctrl-C that stops nothing.
 
     The first two raise `KeyboardInterrupt` as usual. A library may catch one or lose it in a callback, and loading a

@@ -134,8 +134,7 @@ class ProposalSession(TableSession):
             tell(events.Noted(_STANDS))
         situation = replace(situation, missing=missing)
         wanted, everything = self._on_table(goal if goal.parts else whole)
-        several = isinstance(wanted, TableGoal)
-        scene = everything.select(wanted.movable) if several else everything
+        scene = everything.select(wanted.movable) if isinstance(wanted, TableGoal) else everything
         self.table.missing = missing
         if shortfall := describe_shortfall(self.table, "take part"):
             tell(events.Noted(shortfall))

@@ -103,7 +103,7 @@ def _usage_sentence(error: Exception) -> str:
     """Return a click error as one sentence, with the legal commands if one was missing or unknown."""
     message = error.format_message().rstrip(".").replace("Value error, ", "")  # type: ignore[attr-defined]
     # Newer versions of typer check values with pydantic, whose messages do not contain the value.
-    details = getattr(error.__cause__, "errors", tuple)()
+    details: Any = getattr(error.__cause__, "errors", tuple)()
     for detail in details:
         given = repr(detail["input"])
         message += "" if given in message else f" (got {given})"

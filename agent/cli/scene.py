@@ -21,7 +21,7 @@ FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Scene file."
 
 
 # What the objects of a new scene can make.
-Shape = Enum("Shape", {shape.replace(" ", "_"): shape for shape in SHAPES}, type=str)
+Shape = Enum("Shape", {shape.replace(" ", "_"): shape for shape in SHAPES}, type=str)  # type: ignore[misc]  # the shapes are read from files
 
 
 @scene_app.callback()

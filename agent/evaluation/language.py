@@ -131,9 +131,11 @@ def measure_language(
         # A worker's current folder may be another one.
         weights = config.weights and config.weights.absolute()
         task = partial(_evaluate_instruction, config.seed, config.candidates)
-        results = force.do(task, partial(_load, models, config.model, weights, config.allow_unverified), (), missing)
+        computing = force.do(task, partial(_load, models, config.model, weights, config.allow_unverified), (), missing)
         known = len(instructions) - len(missing)
-        computed = add_rows(store.add, results, partial(_lost_row, config.seed), "sentences", len(instructions), known)
+        computed = add_rows(
+            store.add, computing, partial(_lost_row, config.seed), "sentences", len(instructions), known
+        )
         done |= {row["number"]: row for row in computed}
     results = [done[instruction.number] for instruction in instructions]
     built = [row for row in results if "structure" in row]

@@ -159,11 +159,11 @@ class ViewServer:
             "max_queue": 4,
             "compression": None,
             "server_header": None,
+            "process_request": self._answer,
         }
         async with serve(
-            self._connected, host, port, process_request=self._answer, logger=quiet,
-            create_connection=CheckedConnection, **options,
-        ) as server:  # fmt: skip
+            self._connected, host, port, logger=quiet, create_connection=CheckedConnection, **options
+        ) as server:
             found = next(iter(server.sockets)).getsockname()[1]
             self.access = Access(host, found, self._token)  # before the first request is answered
             listening.set_result(found)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from agent import events
 from agent.chat.commands import command_of
@@ -145,9 +145,10 @@ class SharedTable:
         self._begin(job)
         talk = self._talk
         seen, example, question = talk.look(), talk.example(), talk.question
+        x_min, x_max, y_min, y_max = seen.table
         result = LookResult(
             objects=seen_objects(seen),
-            table=tuple(seen.table),
+            table=(x_min, x_max, y_min, y_max),
             held=talk.table.held,
             fallen=list(talk.table.fallen),
             out_of_reach=list(talk.table.out_of_reach),
@@ -170,8 +171,9 @@ class SharedTable:
         talk, table = self._talk, self._talk.table
         names = table.original_names
         read = self._cache.interpreter(talk.options.reading).interpret(text, table.referents_of(names))
+        status: Any = read.status
         return ParseResult(
-            status=read.status,
+            status=status,
             message=self._quoted("; ".join(filter(None, (read.message, read.fallback)))),
             options=list(read.question.options) if read.question else [],
             slots=read.spec.to_dict(),
@@ -267,7 +269,9 @@ class SharedTable:
             raise NotBuildable(failed.message)
         return self._proposal("question"), []
 
-    def _proposal(self, status: str, answer: str | None = None, offered: bool = False) -> ProposeResult:
+    def _proposal(
+        self, status: Literal["proposed", "question", "answered"], answer: str | None = None, offered: bool = False
+    ) -> ProposeResult:
         question = self._talk.question
         return ProposeResult(
             status=status,
@@ -392,8 +396,9 @@ class SharedTable:
         question = self._talk.question
         told = [event for event in heard if isinstance(event, events.Interjected)]
         answers = [event.answer for event in heard if isinstance(event, events.Answered)]
+        outcome: Any = told[0].outcome if told else "stops"
         return SayResult(
-            outcome=told[0].outcome if told else "stops",
+            outcome=outcome,
             message=self._quoted("; ".join(event.message for event in told if event.message)),
             wish=self._wish(),
             answer=self._quoted("\n".join(answers)) if answers else None,

@@ -26,7 +26,7 @@ def seen_objects(seen: events.Perceived) -> list[SeenObject]:
             category=one.category,
             color=one.color_name,
             position=_rounded(one.position),
-            size_cm=tuple(round(_CM * side, 1) for side in fact.sides),
+            size_cm=(round(_CM * fact.sides[0], 1), round(_CM * fact.sides[1], 1), round(_CM * fact.sides[2], 1)),
         )
         for one, fact in zip(seen.objects, object_facts(seen), strict=True)
     ]

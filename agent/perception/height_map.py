@@ -164,15 +164,14 @@ def _surface(level: np.ndarray, outline: shapely.Polygon) -> np.ndarray:
     basis, kept = terms(means), np.ones(len(means), dtype=bool)
     left = means[:, 2] - np.median(means[:, 2])
     # First the plane alone: a plate would bend the rest to itself before it is known for what it is.
-    columns: list[int]
-    for columns in [_OF_A_PLANE] * _ROUNDS + [list(range(basis.shape[1]))] * _ROUNDS:
+    for kind in [_OF_A_PLANE] * _ROUNDS + [list(range(basis.shape[1]))] * _ROUNDS:
         spread = 1.48 * float(np.median(np.abs(left[kept])))
         # Things stand on a table, nothing hangs into it: what lies above is doubted sooner.
         kept = (left < max(2.0 * spread, 0.001)) & (left > -max(3.0 * spread, 0.001))
         if kept.sum() < 3 * basis.shape[1]:
             return np.zeros(len(level))
-        fit = np.linalg.lstsq(basis[kept][:, columns], means[kept, 2], rcond=None)[0]
-        left = means[:, 2] - basis[:, columns] @ fit
+        fit = np.linalg.lstsq(basis[kept][:, kind], means[kept, 2], rcond=None)[0]
+        left = means[:, 2] - basis[:, kind] @ fit
     return terms(level) @ np.linalg.lstsq(basis[kept], means[kept, 2], rcond=None)[0]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy import ndimage
@@ -49,9 +51,7 @@ def labelled_picture(recording: Recording, segments: Segments) -> np.ndarray:
     return np.asarray(image)
 
 
-def _draw_badge(
-    draw: ImageDraw.ImageDraw, middle: tuple[int, int], text: str, color: RGB, font: ImageFont.FreeTypeFont
-) -> None:
+def _draw_badge(draw: ImageDraw.ImageDraw, middle: tuple[int, int], text: str, color: RGB, font: Any) -> None:
     """Draw a number on a patch of the object's own colour, with a dark and a light line about it: one of them, and the
     number, contrasts with any ground.
     """

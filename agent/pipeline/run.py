@@ -7,7 +7,7 @@ the events is not known here.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -84,7 +84,7 @@ def run_instruction(
     on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
     on_table: Callable[[TableScene], None] | None = None,
-) -> Iterator[Event]:
+) -> Generator[Event, None, None]:
     """Carry out an instruction; yields its events, from `Started` to `Finished`.
 
     Args:

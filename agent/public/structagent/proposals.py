@@ -178,7 +178,10 @@ def propose(
     count, folder = checked_integer("count", count, 1, MOST_PROPOSALS), checked_weights(weights)
     number = _checked_seed(seed, generator)
     with computing() as cache:
-        goal = scene_goal_of_text(cache, instruction, scene, viewpoint, parser) if given is None else given
+        goal = given
+        if goal is None:
+            assert isinstance(instruction, str)  # else it was given
+            goal = scene_goal_of_text(cache, instruction, scene, viewpoint, parser)
         from agent.pipeline.table_goal import planned_as_structure
 
         if not planned_as_structure(goal.goal.plain_spec):
