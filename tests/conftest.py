@@ -23,6 +23,7 @@ LONG = (
     ("tests/agent/arm/test_tracking.py",),
     ("tests/agent/arm/test_closed_loop.py",),
     ("tests/agent/chat/test_steering.py", "tests/agent/chat/test_timeline.py"),
+    ("tests/test_code_style.py",),
 )
 
 
