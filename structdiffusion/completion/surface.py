@@ -66,8 +66,8 @@ def _surface_points(parts: tuple[np.ndarray, ...], count: int) -> np.ndarray:
 
 
 def _prism(points: np.ndarray, bottom: float) -> np.ndarray:
-    """Return the corners (8, 3) of an upright prism over the rectangle around points (P, 3) that they lie nearest to the
-    sides of, on average.
+    """Return the corners (8, 3) of an upright prism over the rectangle around points (P, 3) to whose sides they lie
+    nearest on average.
 
     Around two faces of a box the smallest rectangle has two solutions of the same area, and the other one lies across.
     """
