@@ -26,5 +26,6 @@ def test_format():
     assert_finds_nothing("ruff", "format", "--check", "--no-cache")
 
 
+@pytest.mark.timeout(1800)  # without a cache it takes a minute and a half, and more where the other tests are at work
 def test_types():
     assert_finds_nothing("mypy")
