@@ -111,11 +111,15 @@ def exit_code_of(error: BaseException) -> int | None:
 
 
 def one_sentence(error: BaseException) -> str:
-    """Return the error's message on one line; for an error of the operating system, without its number."""
+    """Return the error's message on one line, with the names of drawings alone; for an error of the operating system,
+    without its number.
+    """
+    from grounding.figures.drawings import without_drawings
+
     if isinstance(error, OSError) and error.strerror:
         reason = f"{error.strerror[:1].lower()}{error.strerror[1:]}"
         return f"{str(error.filename)!r}: {reason}" if error.filename else reason
-    return " ".join(str(error).split()) or type(error).__name__
+    return without_drawings(" ".join(str(error).split())) or type(error).__name__
 
 
 def is_defect(error: Exception) -> bool:

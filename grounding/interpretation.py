@@ -39,6 +39,8 @@ class Interpretation:
         wish: the goal that was understood but cannot be had, in the world's frame; a next sentence may mend it.
         by_model: whether a language model wrote the goal.
         probability: that the goal is what was meant; 0 where there is none.
+        drawn: what is built if a person accepts what a language model drew, with status "ask"; else `None`.
+        drawings: the shapes of what it drew.
         unchanged: whether the text asks for nothing but the goal so far.
         nothing: whether the text asks for nothing: a remark, or a question about the scene.
     """
@@ -63,6 +65,8 @@ class Interpretation:
     probability: float = 0.0
     nothing: bool = False
     unchanged: bool = False
+    drawn: Interpretation | None = None
+    drawings: tuple[str, ...] = ()
     _among: Callable[[Objects, bool], Interpretation] | None = field(default=None, repr=False, compare=False)
 
     @property

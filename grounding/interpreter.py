@@ -7,18 +7,20 @@ thresholds decide: build, ask or refuse. A scene that is known later takes up th
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Protocol
 
 from grounding.candidates import added_up, judged
 from grounding.decide import Candidate, decide
+from grounding.figures.drawings import drawings_among
 from grounding.foreign_languages import foreign_language
 from grounding.goals.goal import Goal
 from grounding.instruction_files import looks_like_json
 from grounding.interpretation import Interpretation, Objects
 from grounding.language_model.goal_message import OpenQuestion, Turn
+from grounding.language_model.goal_reply import new_drawings
 from grounding.parse_result import Parse, Parser, shortened, unreadable
 from grounding.parsers.spelling import mend
 from grounding.propose.figure_mentions import mentions_of
@@ -63,11 +65,13 @@ class Asked:
         before: the goal so far, in the speaker's frame.
         question: that is open.
         turns: of the conversation, the oldest first.
+        drawn: noun -> shape of what it drew, and was accepted or shown, before.
     """
 
     before: Goal = Goal()
     question: OpenQuestion | None = None
     turns: tuple[Turn, ...] = ()
+    drawn: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,7 @@ class _Said:
         why_not: why it cannot be read at all, or "".
         reply: what a language model made of it; `None` where none is asked, or it cannot be used.
         fallback: why the language model's answer is not used, or "".
+        drawn: noun -> shape of what a language model drew before.
     """
 
     text: str
@@ -93,6 +98,7 @@ class _Said:
     why_not: str = ""
     reply: ModelReply | None = None
     fallback: str = ""
+    drawn: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def as_taught(self) -> str:
@@ -178,6 +184,7 @@ class Interpreter:
         before: Goal = Goal(),
         question: OpenQuestion | None = None,
         turns: Sequence[Turn] = (),
+        drawn: Sequence[str] = (),
     ) -> Interpretation:
         """Interpret an instruction, or what is said about a goal.
 
@@ -188,11 +195,13 @@ class Interpreter:
             before: the goal so far, in the world's frame; without parts for an instruction.
             question: that is open, for a language model.
             turns: of the conversation, the oldest first, for a language model.
+            drawn: the shapes that a language model drew in this conversation, and that were accepted.
 
         Raises:
             LLMError: for a language model that cannot be used, where nothing reads instead.
         """
-        context = Asked(self._as_spoken(before), question, tuple(turns))
+        shapes = (*drawn, *(part.shape for part in before.structures))
+        context = Asked(self._as_spoken(before), question, tuple(turns), drawings_among(shapes))
         return self._interpreted([text], _scene_objects(objects), context)[0]
 
     def interpret_many(self, texts: Sequence[str], objects: Objects | None = None) -> list[Interpretation]:
@@ -224,7 +233,7 @@ class Interpreter:
             parse = replace(next(parses), text=text)
             reply, fallback = self._asked(text, objects, context)
             worded = self._proposer.propose(said, objects, before) if reply is None else ()
-            found.append(_Said(text, said, parse, worded, before, reply=reply, fallback=fallback))
+            found.append(_Said(text, said, parse, worded, before, reply=reply, fallback=fallback, drawn=context.drawn))
         return found
 
     def _asked(self, text: str, objects: Sequence[SceneObject] | None, context: Asked) -> tuple[ModelReply | None, str]:
@@ -234,7 +243,9 @@ class Interpreter:
         try:
             if self._model is None:
                 return None, self._unusable
-            reply = self._model.read(text, objects, context.before, context.question, context.turns, self.viewpoint)
+            reply = self._model.read(
+                text, objects, context.before, context.question, context.turns, self.viewpoint, drawn=context.drawn
+            )
         except LLMError as error:
             if self._instead is None:
                 raise
@@ -287,9 +298,10 @@ class Interpreter:
             decision = decide(candidates, proposals, self.verifier.weights, follows, scene)
             found, chosen = verdicts.of_decision(decision, proposals), decision.chosen
         found = replace(found, fallback=said.fallback, seconds=seconds + time.perf_counter() - started)
-        if objects is not None or found.status != "ok" or chosen is None:
-            return found
-        return replace(found, _among=partial(self._placed, found, said, chosen))
+        if objects is None and found.status == "ok" and chosen is not None:
+            found = replace(found, _among=partial(self._placed, found, said, chosen))
+        new = () if said.reply is None else new_drawings(found.goal, said.drawn)
+        return verdicts.of_drawings(found, new) if new else found
 
     def _placed(
         self, found: Interpretation, said: _Said, chosen: Candidate, objects: Objects, catalogue: bool

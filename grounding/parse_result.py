@@ -43,13 +43,18 @@ class Question:
 
     Attributes:
         slot: the slot that is missing or in doubt, or `OBJECT`, or `grounding.unsupported.CORNER`.
-        text: the question, with its options.
+        text: the question, with its options. Lines before the last show what it is about.
         options: the possible values, the most likely first, including `OPEN` if the slot may stay open.
     """
 
     slot: str
     text: str
     options: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Return the question without what it shows."""
+        return self.text.rpartition("\n")[2]
 
 
 WHICH_SHAPE = Question("shape", f"which shape should it be: {', '.join(SHAPES)}?", SHAPES)

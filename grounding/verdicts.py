@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from grounding.decide import BUILD, Candidate, Decision
+from grounding.figures.drawings import without_drawings
 from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.interpretation import Interpretation
@@ -95,6 +96,22 @@ class Verdicts:
             reply.reason or f"the language model finds {'nothing to build' if nothing else 'that it cannot be built'}"
         )
         return self.refused(message, nothing=nothing)
+
+    def of_drawings(self, found: Interpretation, shapes: Sequence[str]) -> Interpretation:
+        """Return the interpretation that asks whether to build what a language model drew.
+
+        Args:
+            found: with a goal that has the drawings.
+            shapes: of the drawings.
+        """
+        goal = self._in_world(found.goal)  # back to the speaker's
+        said = describe_parts(goal.parts, self.names)
+        nouns = " and ".join(repr(without_drawings(one)) for one in shapes)
+        text = f"no figure is called {nouns}, so the language model has drawn it; is this to be built: {said}?"
+        asked = self._asked(Question(GOAL, text, (said,)), (goal,))
+        return replace(
+            asked, fallback=found.fallback, seconds=found.seconds, by_model=True, drawn=found, drawings=tuple(shapes)
+        )
 
     def refused(self, message: str, **more: Any) -> Interpretation:
         """Return the interpretation that builds nothing, and says why."""

@@ -270,6 +270,8 @@ def fingerprint(text: str, options: RunOptions) -> str:
         del decides["hold"]
     if options.disturb is None:  # likewise
         del decides["disturb"]
+    if not options.reading.accept_drawings:  # likewise
+        del decides["reading"]["accept_drawings"]
     del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():

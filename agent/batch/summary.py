@@ -11,6 +11,7 @@ from typing import Any, TextIO
 from agent.batch.result_schema import OUTCOMES
 from agent.errors import DONE
 from agent.rendering.text import aligned, columns_of, duration
+from grounding.figures.drawings import without_drawings
 
 _FAILURES_SHOWN = 20  # failures in the table; all are in the results
 
@@ -121,4 +122,4 @@ def _kinds_of_parts(result: Mapping[str, Any]) -> list[str]:
     if result["spec"] is None:
         return []
     parts = (result.get("goal") or {}).get("parts") or [result["spec"]]  # results of before have the slots alone
-    return [part.get("relation") or part.get("shape") or "open" for part in parts]
+    return [part.get("relation") or without_drawings(part.get("shape") or "open") for part in parts]

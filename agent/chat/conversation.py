@@ -12,6 +12,7 @@ from dataclasses import asdict, replace
 from agent import events
 from agent.chat.answers import answer, reply_to_unknown_question
 from agent.chat.build_session import BuildSession
+from agent.chat.drawings import KnowingReader, with_pictures
 from agent.chat.knowledge import Knowledge
 from agent.chat.naming import named_indices, naming_of
 from agent.chat.state import Situation, objects_of
@@ -26,6 +27,7 @@ from grounding.dialogue import turns
 from grounding.dialogue.acts import Act, acts_of, is_question
 from grounding.dialogue.answers import chosen_options
 from grounding.dialogue.state import Dialogue, Outcome
+from grounding.figures.drawings import drawings_among, without_drawings
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Part
@@ -40,9 +42,7 @@ _WITH_NAMES = ("situation", "_history", "_start", "_shown", "_unmet")  # what ho
 
 
 class Conversation(BuildSession):
-    """A conversation about one table: instructions, corrections, answers and questions,
-    in addition to `BuildSession`.
-    """
+    """A conversation about one table: instructions, corrections, answers and questions, beside `BuildSession`."""
 
     # --- instructions and answers ------------------------------------------------------------------------
 
@@ -56,12 +56,20 @@ class Conversation(BuildSession):
         """Read a sentence with the goal so far in view; nothing is changed."""
         now = self.situation
         text = with_structure_before(text, now.builds[-1].goal if now.builds and not now.asked else now.goal)
-        return turns.say(now.dialogue, text, self._interpreter, self._objects(), now.stands)
+        reader = self._interpreter if not self._drawn else KnowingReader(self._interpreter, self._drawn)
+        return self._keeping(*turns.say(now.dialogue, text, reader, self._objects(), now.stands))
 
     def read_answer(self, option: int) -> tuple[Dialogue, Outcome]:
         """Read the number of an option of the open question, from 0; nothing is changed."""
         now = self.situation
-        return turns.answer(now.dialogue, option, self.table.original_names, now.viewpoint)
+        return self._keeping(*turns.answer(now.dialogue, option, self.table.original_names, now.viewpoint))
+
+    def _keeping(self, dialogue: Dialogue, outcome: Outcome) -> tuple[Dialogue, Outcome]:
+        """Keep the drawings of a goal that is wanted, for the whole conversation; show those that are asked about."""
+        if outcome.status == "ok":
+            new = drawings_among(part.shape for part in outcome.goal.structures).values()
+            self._drawn = tuple(dict.fromkeys((*self._drawn, *new)))
+        return with_pictures(dialogue, outcome)
 
     def answer(self, option: int) -> bool:
         """Answer the question by the number of an option, from 0. Return as `say` does.
@@ -92,7 +100,7 @@ class Conversation(BuildSession):
         """
         words = set(phrase.lower().split())
         for part in self.situation.goal.structures:
-            if part.shape in words and part.objects is not None:
+            if without_drawings(part.shape or "") in words and part.objects is not None:
                 return part.objects  # type: ignore[return-value]
         return resolve_phrase(phrase, Referents(self._objects(), self._cache.encoder)).indices
 
@@ -117,7 +125,8 @@ class Conversation(BuildSession):
                 self.send(events.Asked(question.slot, question.text, question.options))
                 return False
             hint = self.source.hint if "there is only" in outcome.message else ""
-            raise NotBuildable("; ".join(filter(None, (outcome.message, hint))))
+            fallback = "" if outcome.reading is None else outcome.reading.fallback
+            raise NotBuildable("; ".join(filter(None, (outcome.message, hint, fallback))))
         return False
 
     def _want(self, dialogue: Dialogue, outcome: Outcome, began: float) -> None:

@@ -11,6 +11,7 @@ from agent.chat.table_facts import join_words, place_in_words, with_article
 from agent.rendering.text import number, place
 from agent.reporting.event_text import shortcoming
 from grounding.dialogue.acts import Act
+from grounding.figures.drawings import without_drawings
 from grounding.goals.description import describe_part
 from grounding.spec import StructureSpec
 
@@ -20,7 +21,7 @@ _OTHERS_SHOWN = 3  # candidates that an explanation compares
 def _describe_plain(spec: StructureSpec, objects: Sequence[str]) -> str:
     """Describe a goal, as in "a small circle of cup 1, cup 2 and cup 3 (left)"."""
     values = [value for slot, value in spec.tokens() if slot not in ("shape", "size")]
-    shape = " ".join(filter(None, (spec.size, spec.shape or "structure")))
+    shape = " ".join(filter(None, (spec.size, without_drawings(spec.shape or "structure"))))
     return f"a {shape} of {join_words(objects)}" + (f" ({', '.join(values)})" if values else "")
 
 

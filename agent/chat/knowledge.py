@@ -113,7 +113,7 @@ class Knowledge:
 def next_step(known: Knowledge) -> str:
     """Return a sentence about what the speaker can say next."""
     if known.question is not None:
-        return f"I still need an answer: {known.question.text}"
+        return f"I still need an answer: {known.question.sentence}"
     if known.progress:
         return "Say what should be different, “wait”, or “stop”."
     if known.situation.proposal is not None:

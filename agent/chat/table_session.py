@@ -45,6 +45,7 @@ class TableSession:
     def __init__(self, options: RunOptions, cache: ResourceCache, listeners: Sequence[Listener]) -> None:
         self.options, self._cache, self.listeners = options, cache, listeners
         self._history, self._line = History(), ""
+        self._drawn: tuple[str, ...] = ()  # shapes that a language model drew and the user accepted, the latest last
         self.source, self.table = self._set_out(options)
         self._start = self.situation = self._fresh()
 

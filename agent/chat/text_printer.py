@@ -74,8 +74,11 @@ class TextPrinter:
             self.line(line)
 
     def question(self, question: str, options: Sequence[str]) -> None:
-        """Print a question with its numbered options."""
-        self.line(question, "bold")
+        """Print a question with its numbered options; its lines before the last show what it is about."""
+        *shown, said = question.splitlines()
+        for line in shown:
+            self.line(line)
+        self.line(said, "bold")
         for number, option in enumerate(options, start=1):
             self.line(f"  {number}  {option}")
 

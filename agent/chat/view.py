@@ -30,6 +30,7 @@ from agent.reporting.event_text import (
     verdict_sentence,
     verdict_title,
 )
+from grounding.figures.drawings import without_drawings
 
 SHOWN = 3  # number of candidates that /candidates shows
 _PREVIEW_COLUMNS = 24
@@ -328,11 +329,11 @@ class ChatScreen:
             return
         rows = []
         for slot, value in payload["spec"].items():
-            said = value or "left open"
+            said = without_drawings(value or "left open")
             if changed:
                 if before.get(slot) == value:
                     continue
-                said = f"{before.get(slot) or 'left open'} -> {said}"
+                said = f"{without_drawings(before.get(slot) or 'left open')} -> {said}"
             words = " ".join(payload["evidence"].get(slot) or ())
             sure = payload["confidence"].get(slot)
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
@@ -368,7 +369,7 @@ class ChatScreen:
         goal, self._named = payload["spec"] or payload.get("parts"), payload["objects"]
         what = "; ".join(part_lines(payload)) or ", ".join(filter(None, (payload["spec"] or {}).values()))
         still = "still" if payload["how"] == "put back" else "again"
-        said = f"the goal is {still}: {what or 'anything'}" if goal else "there is no goal"
+        said = f"the goal is {still}: {without_drawings(what) or 'anything'}" if goal else "there is no goal"
         moved = f"; put back: {', '.join(payload['moved'])}" if payload["moved"] else ""
         self.note(f"{payload['how']}: {said}{moved}")
 

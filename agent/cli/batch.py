@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,7 @@ import typer
 
 from agent.cli.config import reading_options
 from agent.cli.options import (
+    AcceptDrawingsOption,
     AtOption,
     CallOption,
     CameraPoseOption,
@@ -60,6 +62,7 @@ def batch(
     viewpoint: ViewpointOption = Viewpoint.robot,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
+    accept_drawings: AcceptDrawingsOption = False,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or stop at the goals.")
     ] = True,
@@ -105,6 +108,7 @@ def batch(
     from agent.pipeline.run import RunOptions
 
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    reading = replace(reading, accept_drawings=accept_drawings)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     defaults = RunOptions(
         scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value

@@ -125,6 +125,12 @@ HoldOption = Annotated[
         help="How the hand holds objects: by the fingers' friction alone, or joined to it after contact on both sides."
     ),
 ]
+AcceptDrawingsOption = Annotated[
+    bool,
+    typer.Option(
+        "--accept-drawings", help="Build what the language model draws where no figure has the name, unasked."
+    ),
+]
 _SOURCES = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 PoolOption = Annotated[
     int | None,

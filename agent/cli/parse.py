@@ -28,6 +28,7 @@ from agent.runtime.stdio import (
     lines_as_they_come,
     results_stream,
 )
+from grounding.figures.drawings import without_drawings
 from grounding.goals.description import describe_part, describe_parts
 from grounding.instruction_files import TABLE, InstructionFileError, looks_like_json, read_entries
 from grounding.spec import SLOTS
@@ -173,7 +174,7 @@ def _as_text(goal: Interpretation, names: Sequence[str] | None = None) -> str:
             for number, part in enumerate(goal.goal.parts, start=1)
         ]
     for slot in () if several else SLOTS:
-        value = getattr(goal.spec, slot)
+        value = without_drawings(getattr(goal.spec, slot) or "")
         sure = goal.parse.confidence.get(slot)
         words = goal.parse.evidence.get(slot, ())
         note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""

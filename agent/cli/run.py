@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +14,7 @@ import typer
 
 from agent.cli.config import reading_options
 from agent.cli.options import (
+    AcceptDrawingsOption,
     AtOption,
     CallOption,
     CameraPoseOption,
@@ -53,6 +56,7 @@ from agent.runtime.termination import Terminated
 if TYPE_CHECKING:
     from agent.pipeline.run import RunOptions
     from agent.scenes.table_scene import TableScene
+    from grounding.figures.figure import Figure
 
 
 def run(
@@ -72,6 +76,7 @@ def run(
     viewpoint: ViewpointOption = Viewpoint.robot,
     llm_model: LLMModelOption = None,
     llm_url: LLMUrlOption = None,
+    accept_drawings: AcceptDrawingsOption = False,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build the structure with the arm, or stop at the goal.")
     ] = True,
@@ -136,6 +141,7 @@ def run(
     if like is not None and parser is Parsers.llm:
         raise UsageError("--like is read without a language model; leave out --parser llm")
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    reading = replace(reading, accept_drawings=accept_drawings)
     trajectories = export_trajectory or []
     if trajectories and not execute:
         raise UsageError("--export-trajectory needs the arm, and --no-execute does not use it; leave out one of them")
@@ -165,6 +171,20 @@ def _example(like: Path, folder: Path) -> str:
 
     figure = read_example(like, "example")
     return f"{LIKE}{OwnFolder(folder, 'run').write('example.toml', figure_text(figure).encode()).absolute()}"
+
+
+def _is_accepted(unasked: bool, drawn: Sequence[Figure]) -> bool:
+    """Show what a language model drew on standard error; return whether it is to be built, which a person says."""
+    from agent.figures.picture import picture
+    from grounding.dialogue.answers import YES, bare_words
+
+    for figure in drawn:
+        said = f"the language model drew this, of {figure.legal_numbers()} objects, for {figure.nouns[0]!r}:"
+        print("\n".join(["structagent: " + said, *picture(figure)]), file=sys.stderr)
+    if unasked or not sys.stdin.isatty():
+        return unasked
+    print("build it? [y/n] ", end="", file=sys.stderr, flush=True)
+    return bare_words(sys.stdin.readline()) in YES
 
 
 def _carry_out(
@@ -203,9 +223,8 @@ def _carry_out(
             on_table = None if viewer is None else viewer.on_table
             steps = on_step if watching else None
             cache = ResourceCache(OwnFolder(folder, "run"))
-            for event in run_instruction(
-                text, options, cache=cache, on_step=steps, trajectories=trajectories, on_table=on_table
-            ):
+            accepts = partial(_is_accepted, options.reading.accept_drawings)
+            for event in run_instruction(text, options, cache, steps, trajectories, on_table, accepts):
                 send(event, listeners)
         except Terminated as ended:
             record.on_event(Failed("run", ended.reason, int(ended.code or 0)))

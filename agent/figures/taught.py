@@ -9,11 +9,9 @@ from pathlib import Path
 from agent.errors import NotWritten, UsageError
 from grounding.figures.figure import Figure, FigureError
 from grounding.figures.files import write_figure
-from grounding.figures.names import LIKE, VARIABLE, figure_named, figure_nouns, file_name, taught_folder
-from grounding.figures.words import WORD
+from grounding.figures.names import VARIABLE, figure_named, figure_nouns, file_name, taught_folder
 from grounding.parse_result import shortened
-from grounding.resolve.function_words import FUNCTION_WORDS
-from grounding.structure_words import STRUCTURES
+from grounding.resolve import figure_names
 
 
 def teach(name: str, read: Callable[[str], Figure]) -> tuple[Figure, Path]:
@@ -77,29 +75,12 @@ def checked_name(name: str) -> str:
     """Return a name for a figure, in small letters and without its article.
 
     Raises:
-        UsageError: for a name that a shape or a shipped figure has, one of more than four words, or one without
-            letters.
+        UsageError: for a name that a shape or a shipped figure has, of more than four words, or without letters.
     """
-    words = name.lower().split()
-    said = " ".join(words[1:] if words[:1] in (["a"], ["an"], ["the"]) else words)
-    if (
-        not said
-        or not all(word.replace("-", "").isalnum() for word in said.split())
-        or len(said.split()) > 4
-        or len(said) < 2
-    ):
-        raise UsageError(
-            f"a figure cannot be called {shortened(name)!r}; legal: one to four words of letters and digits"
-        )
-    if said in FUNCTION_WORDS or said.startswith((LIKE, WORD)):
-        raise UsageError(f"a figure cannot be called {said!r}, a word of sentences; choose a noun, such as 'city gate'")
-    shapes = {noun: shape.name for shape in STRUCTURES.values() for noun in (shape.name, *shape.words.nouns)}
-    shipped = {noun.lower(): one for one, nouns in figure_nouns(taught=False).items() for noun in nouns}
-    if (other := shapes.get(said) or shipped.get(said)) is not None:
-        raise UsageError(
-            f"{said!r} is {other!r} already, which comes with structagent; choose another name, such as 'my {said}'"
-        )
-    return said
+    try:
+        return figure_names.checked_name(name)
+    except FigureError as error:
+        raise UsageError(str(error)) from error
 
 
 def _folder() -> Path:

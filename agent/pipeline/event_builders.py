@@ -34,7 +34,8 @@ def why_not(goal: Interpretation, names: Sequence[str] | None = None, hint: str 
     """
     meant = [describe_parts(one.parts, names) for one in goal.suggestions] if goal.status == "refused" else []
     may_mean = f"it may mean {' or '.join(map(repr, meant))}" if meant else ""
-    return "; ".join(filter(None, (goal.message, may_mean, hint if "there is only" in goal.message else "")))
+    advice = hint if "there is only" in goal.message else ""
+    return "; ".join(filter(None, (goal.message, may_mean, advice, goal.fallback)))
 
 
 def parsed_event(goal: Interpretation, seconds: float, names: Sequence[str] = ()) -> events.Parsed:

@@ -31,6 +31,7 @@ class ReadingOptions:
         key_url: the endpoint that the user named by a flag, in the environment or in the own file. The key is sent to
             its host and nowhere else, whatever endpoint a batch's row or a project's file names.
         like: the name of the figure that instructions speak of as "the same"; "" for none.
+        accept_drawings: whether a run builds what an endpoint drew without asking.
     """
 
     parser: str = "embedding"
@@ -40,6 +41,7 @@ class ReadingOptions:
     replies: Path | None = None
     key_url: str | None = None
     like: str = ""
+    accept_drawings: bool = False
 
 
 def make_interpreter(

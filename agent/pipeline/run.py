@@ -18,6 +18,7 @@ from agent.errors import DONE, BadInput, NotBuildable, PartlyDone, exit_code_of,
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm
 from agent.pipeline.disturbance import check_disturbance, make_disturber
+from agent.pipeline.drawing_consent import with_consent
 from agent.pipeline.event_builders import (
     chosen_event,
     describe_aside,
@@ -33,6 +34,7 @@ from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
 from agent.recordings.recording import RecordedOptions
+from grounding.figures.names import is_figure
 
 if TYPE_CHECKING:
     from agent.arm.disturbances import Disturbance
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     from agent.recordings.trajectory_export import TrajectoryLog
     from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
+    from grounding.figures.figure import Figure
     from grounding.goals.goal import Goal
     from grounding.interpretation import Interpretation
     from grounding.spec import StructureSpec
@@ -84,6 +87,7 @@ def run_instruction(
     on_step: Callable[[TableScene], None] | None = None,
     trajectories: Sequence[Path] = (),
     on_table: Callable[[TableScene], None] | None = None,
+    on_drawing: Callable[[Sequence[Figure]], bool] | None = None,
 ) -> Generator[Event, None, None]:
     """Carry out an instruction; yields its events, from `Started` to `Finished`.
 
@@ -95,9 +99,11 @@ def run_instruction(
         trajectories: files for the motions that the arm was commanded, as
             `agent.recordings.trajectory_export.write_trajectory` takes them.
         on_table: called once the table is set, before anything on it has moved.
+        on_drawing: shows what a language model drew, and returns whether it is to be built; by default the options
+            decide.
     """
     started = time.perf_counter()
-    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories, on_table)
+    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories, on_table, on_drawing)
     code = DONE
     yield events.Started(text, json_value(asdict(options)))
     try:
@@ -122,9 +128,11 @@ class _Run:
         on_step: Callable[[TableScene], None] | None,
         trajectories: Sequence[Path],
         on_table: Callable[[TableScene], None] | None,
+        on_drawing: Callable[[Sequence[Figure]], bool] | None = None,
     ) -> None:
         self.text, self.options, self.cache, self.on_step = text, options, cache, on_step
-        self.trajectories, self.on_table = trajectories, on_table
+        self.trajectories, self.on_table, self.on_drawing = trajectories, on_table, on_drawing
+        self._drawn: tuple[str, ...] = ()  # notes on what a language model drew
         self.step = "parse"
 
     def steps(self) -> Iterator[Event]:
@@ -149,7 +157,7 @@ class _Run:
         if source is None:
             source = cache.source(options.scene, options.objects, options.recorded)
             goal = self._ok(goal.among(source.referents, source.catalogue), source)
-        notes = (*goal.notes, *(one.card for one in networks.values() if not one.verified))
+        notes = (*self._drawn, *goal.notes, *(one.card for one in networks.values() if not one.verified))
         spec = goal.goal.plain_spec
         if spec is not None:
             yield parsed_event(goal, seconds)
@@ -180,6 +188,8 @@ class _Run:
                 return
             if spec is not None:
                 whole = structure_of(table, goal.spec)
+                if source.catalogue and is_figure(spec.shape or ""):  # its table is drawn with others, as for parts
+                    whole = self._ok(goal.among(table.referents), source).goal
             else:
                 goal = self._ok(goal.among(table.referents), source) if source.catalogue else goal
                 whole = goal.goal
@@ -189,6 +199,9 @@ class _Run:
 
     def _ok(self, goal: Interpretation, source: SceneSource | None) -> Interpretation:
         """Return a goal that can be built; raise `NotBuildable` for any other."""
+        accepts = self.on_drawing or (lambda _: self.options.reading.accept_drawings)
+        goal, notes = with_consent(goal, accepts)
+        self._drawn += notes
         if goal.status != "ok":
             names = None if source is None else [each.name for each in source.referents]
             raise NotBuildable(why_not(goal, names, "" if source is None else source.hint))

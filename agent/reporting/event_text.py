@@ -194,7 +194,8 @@ def remark_sentence(payload: Mapping[str, Any]) -> str:
     match payload["kind"]:
         case "asked":
             options = ", ".join(f"{number}) {option}" for number, option in enumerate(payload["options"], start=1))
-            return f"{payload['question']} {options}".rstrip()
+            asked = payload["question"].rpartition("\n")[2]  # lines before show what it is about
+            return f"{asked} {options}".rstrip()
         case "answered":
             return payload["answer"]
         case "commanded":

@@ -22,6 +22,7 @@ from agent.reporting.event_text import (
     verdict_sentence,
     verdict_title,
 )
+from grounding.figures.drawings import without_drawings
 
 _CANDIDATES_SHOWN = 5
 
@@ -88,7 +89,9 @@ class TerminalReport:
             words = ", ".join(payload["evidence"].get(slot) or ())
             sure = payload["confidence"].get(slot)
             note = f"{number(100 * sure, 0)} % sure" if sure is not None else ""
-            rows.append((slot_label(slot), value or "left open", note, f"from “{words}”" if words else ""))
+            rows.append(
+                (slot_label(slot), without_drawings(value or "left open"), note, f"from “{words}”" if words else "")
+            )
         self._columns(rows)
         for line in parse_notes(payload):
             self._line(line)

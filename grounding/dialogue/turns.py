@@ -204,7 +204,7 @@ def _still_open(state: Dialogue, outcome: Outcome) -> tuple[Dialogue, Outcome]:
     """Return an outcome that says which question is still open."""
     if state.question is None:
         return state, outcome
-    message = "; ".join(filter(None, (outcome.message, f"still open: {state.question.text}")))
+    message = "; ".join(filter(None, (outcome.message, f"still open: {state.question.sentence}")))
     return state, replace(outcome, message=message, question=state.question)
 
 

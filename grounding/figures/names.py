@@ -1,4 +1,4 @@
-"""Find figures by name: those that are shipped, then those that were taught, then the one in a file: "like FILE".
+"""Find figures by name: those that are shipped, then those that were taught; the one in a file, "like FILE"; a drawing.
 
 Nothing is kept in memory that a file could contradict: a name can be written to JSON, sent to another process and
 resolved there. A file is parsed only when its figure is used; for the names its first lines are enough.
@@ -14,6 +14,7 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
+from grounding.figures.drawings import DRAWING, drawn
 from grounding.figures.figure import Figure, FigureError
 from grounding.figures.files import BYTES, read_figure
 from grounding.figures.words import WORD, written
@@ -46,7 +47,7 @@ def file_name(name: str) -> str:
 
 
 def figure_named(name: str) -> Figure:
-    """Return the figure of a name, or of the file in "like FILE": then this is its name.
+    """Return the figure of a name, of the file in "like FILE", or of "drawing NAME <DRAWING>": then this is its name.
 
     Raises:
         FigureError: if there is none, or its file is wrong.
@@ -55,6 +56,8 @@ def figure_named(name: str) -> Figure:
         return replace(_read(Path(name.removeprefix(LIKE))), name=name)
     if name.startswith(WORD):
         return written(name.removeprefix(WORD), figure_named)
+    if name.startswith(DRAWING):
+        return drawn(name)
     return _read(file_of(name))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from grounding.figures.drawings import without_drawings
 from grounding.goals.parts import Objects, Part, PartReference, RelationPart
 
 
@@ -32,7 +33,7 @@ def describe_part(part: Part, names: Sequence[str] | None = None) -> str:
         words += [part.y_position or "", part.x_position or "", part.direction or ""]
         words += [f"by {part.distance * 100:.4g} cm"] if part.distance is not None else []
         return " ".join(filter(None, words))
-    values = [f"{part.shape or 'structure'} of {said(part.objects)}"]
+    values = [f"{without_drawings(part.shape or 'structure')} of {said(part.objects)}"]
     values += [
         f"facing {value}" if slot == "rotation" else value for slot, value in part.spec.tokens() if slot != "shape"
     ]

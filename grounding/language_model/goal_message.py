@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from grounding.figures.drawings import without_drawings
 from grounding.figures.names import figure_nouns
 from grounding.goals.goal import Goal
 from grounding.parsers.llm_reply import readable
@@ -55,6 +56,7 @@ class GoalMessage:
         turns: of the conversation, the oldest first.
         viewpoint: "robot" or "opposite".
         table: its extent; `None` where it is not known.
+        drawn: nouns of the figures that the model drew before.
     """
 
     text: str
@@ -64,6 +66,7 @@ class GoalMessage:
     turns: tuple[Turn, ...] = ()
     viewpoint: str = "robot"
     table: Table | None = None
+    drawn: tuple[str, ...] = ()
 
     def to_json(self, problem: str = "") -> str:
         """Return the message; a problem of the model's first reply stands in it as "problem"."""
@@ -74,10 +77,10 @@ class GoalMessage:
                 axis: [_cm(value) for value in ends] for axis, ends in zip("xy", self.table, strict=True)
             },
             "objects": None if self.objects is None else list(map(_described, range(len(self.objects)), self.objects)),
-            "goal": self.goal.to_dict(),
+            "goal": _spoken(self.goal),
             "question": None if asked is None else {
                 "text": readable(asked.text),
-                "options": [one.to_dict() if isinstance(one, Goal) else readable(one) for one in asked.options],
+                "options": [_spoken(one) if isinstance(one, Goal) else readable(one) for one in asked.options],
             },
             "turns": [
                 {"said": readable(turn.said), "answer": readable(turn.answer)} for turn in self.turns[-MOST_TURNS:]
@@ -86,7 +89,7 @@ class GoalMessage:
         }  # fmt: skip
         shipped = figure_nouns(taught=False)
         figures = [readable(name) for name in figure_nouns() if name not in shipped]
-        further = {"figures": figures, "problem": problem}
+        further = {"figures": [*figures, *(one for one in self.drawn if one not in figures)], "problem": problem}
         return json.dumps(values | {key: value for key, value in further.items() if value}, ensure_ascii=False)
 
 
@@ -95,6 +98,15 @@ def scene_objects(objects: Sequence[SceneObject | str | None] | None) -> tuple[S
     if objects is None:
         return None
     return tuple(each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects)
+
+
+def _spoken(goal: Goal) -> dict[str, Any]:
+    """Return a goal as JSON values, with the nouns of what was drawn in place of the drawings."""
+    values = goal.to_dict()
+    for part in values["parts"]:
+        if part.get("shape"):
+            part["shape"] = without_drawings(part["shape"])
+    return values
 
 
 def _described(index: int, one: SceneObject) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from grounding.goals.goal import Goal
 from grounding.language_model.goal_message import GoalMessage, OpenQuestion, Table, Turn, scene_objects
@@ -44,6 +44,7 @@ class GoalModel:
         turns: Sequence[Turn] = (),
         viewpoint: str = "robot",
         table: Table | None = None,
+        drawn: Mapping[str, str] = {},
     ) -> ModelReply:
         """Read what is said; a reply that is not legal, or whose goal cannot be had, is told to the model once.
 
@@ -55,6 +56,7 @@ class GoalModel:
             turns: of the conversation, the oldest first.
             viewpoint: one of `grounding.viewpoint.VIEWPOINTS`.
             table: its extent.
+            drawn: noun -> shape of what it drew before.
 
         Raises:
             LLMError: for a server that cannot be used; an `IllegalReplyError` where that concerns this text alone.
@@ -64,12 +66,12 @@ class GoalModel:
                 f"the language model was not asked, because the instruction has more than {MAX_TEXT} characters"
             )
         there = scene_objects(objects)
-        message = GoalMessage(text, there, goal, question, tuple(turns), viewpoint, table)
+        message = GoalMessage(text, there, goal, question, tuple(turns), viewpoint, table, tuple(drawn))
         names = None if there is None else [one.name for one in there]
         return self.endpoint.ask_json(
             [{"role": "system", "content": self._prompt}, {"role": "user", "content": message.to_json()}],
             ("reply", reply_schema(None if there is None else len(there))),
             MAX_ANSWER_TOKENS,
-            lambda content: read_reply(content, names, self.endpoint.secrets),
+            lambda content: read_reply(content, names, self.endpoint.secrets, drawn),
             message.to_json,
         )

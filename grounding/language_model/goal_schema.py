@@ -64,6 +64,18 @@ def _goal(count: int | None) -> dict[str, Any]:
         | {"rows": {"type": ["integer", "null"]}, "columns": {"type": ["integer", "null"]}}
         | {"around": _or_null(objects), "along": _one_of(EDGES), "group_by": _one_of(GROUPINGS)}
     )
+    pair = {"type": "array", "items": {"type": "number"}}
+    block = {"x": {"type": "number"}, "level": {"type": "integer"}, "width": {"type": "number"}}
+    drawing = {
+        "strokes": _or_null({"type": "array", "items": {"type": "array", "items": pair}}),
+        "blocks": _or_null({"type": "array", "items": _object(block)}),
+        "least": {"type": ["integer", "null"]},
+    }
+    drawn = _object(
+        {"kind": {"type": "string", "enum": ["structure"]}, "objects": _or_null(objects)}
+        | {"shape": {"type": "string"}, "drawing": _object(drawing)}  # its name, which no figure has
+        | {slot: _one_of(values) for slot, values in LEGAL_VALUES.items() if slot != "shape"}
+    )
     relation = _object(
         {
             "kind": {"type": "string", "enum": ["relation"]},
@@ -76,7 +88,7 @@ def _goal(count: int | None) -> dict[str, Any]:
             "direction": _one_of(MOVE_DIRECTIONS),
         }
     )
-    return _object({"parts": {"type": "array", "items": {"anyOf": [structure, relation]}}})
+    return _object({"parts": {"type": "array", "items": {"anyOf": [structure, drawn, relation]}}})
 
 
 def _object(properties: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 
+from grounding.figures.drawings import drawings_among
 from grounding.figures.names import figure_nouns
 from grounding.figures.words import WORD
 from grounding.resolve.attributes import SceneObject
@@ -169,7 +170,7 @@ class _Finder:
 
     def nouns(self) -> list[Mention]:
         """Find the nouns of figures: "a heart", "heart-shaped", and "the heart" where there is one."""
-        found, index = list[Mention](), _index()
+        found, index = list[Mention](), {**_index(), **drawings_among(self.before)}
         for one in _pattern(tuple(index)).finditer(self.text):
             name = index[_bare(one[1])]
             if name and self._is_made(one.start(), one.end(), name):

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from grounding.figures.drawings import without_drawings
 from grounding.figures.words import WORD
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
@@ -45,7 +46,7 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
     if part.shape is None:
         return ""
     words = words_of(part.shape)
-    what = with_article(words.name)
+    what = with_article(without_drawings(words.name))
     those = worded_objects(members, names)
     if not members:
         return f"{what} needs {words.least} objects, and no object is left for it"

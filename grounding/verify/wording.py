@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from grounding.figures.drawings import without_drawings
 from grounding.goal_network.goal_rendition import ObjectPhrase, in_centimetres, object_phrases
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Order, Part, PartReference, StructurePart
@@ -58,12 +59,12 @@ def _worded_part(part: Part, goal: Goal, names: Sequence[str] | None) -> str:
         if objects is None:
             return "everything" if len(goal.parts) == 1 else "everything else"
         if isinstance(objects, PartReference):
-            return f"the {getattr(goal.parts[objects.part], 'shape', None) or 'structure'}"
+            return f"the {without_drawings(getattr(goal.parts[objects.part], 'shape', None) or 'structure')}"
         return worded_objects(objects, names)
 
     place = [_X.get(part.x_position or "", ""), _Y.get(part.y_position or "", "")]
     if isinstance(part, StructurePart):
-        kind = " ".join(filter(None, (part.size, part.shape or "structure")))
+        kind = " ".join(filter(None, (part.size, without_drawings(part.shape or "structure"))))
         return " ".join(filter(None, (
             with_article(kind), "of", _one_by_one(part, names) or said(part.objects), *place,
             _FACING.get(part.rotation or "", ""),

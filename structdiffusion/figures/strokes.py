@@ -19,6 +19,7 @@ from structdiffusion.figures.curves import arc_lengths, chamfer, diameter, sampl
 
 _SAME = 0.02  # of the diameter: points that are nearer are one place, such as where strokes meet
 _CORNER = math.radians(35.0)  # a stroke that turns by more has a corner there
+_MOST_SUMS = 60_000  # more ways to share places out are not compared: the letter B of 24 objects has 53,130
 _WAYS = 4  # of sharing places out, those whose longest step is the shortest, that are compared with the drawing
 _APART = 1.6  # times the wider of two steps: places that are farther apart are no neighbours in the drawing
 
@@ -189,20 +190,22 @@ class _Drawing:
         inner = least.copy()
         for _ in range(left - int(least.sum())):
             inner[int((lengths / (inner + 1)).argmax())] += 1
-        ways = [inner]
+        ways = [inner[None]]
         # Equally long spans of one stroke, and of all, as the four halves of the legs of an H
         for of_stroke in (True, False):
             alike: dict[tuple[int, float], list[int]] = {}
             for number, (k, a, b) in enumerate(spans):
                 alike.setdefault((k if of_stroke else 0, round((b - a) / self.width, 2)), []).append(number)
-            for counts in _sums([len(group) for group in alike.values()], left):
-                way = np.zeros(len(spans), int)
-                for group, count in zip(alike.values(), counts):
-                    way[group] = count
-                if (way >= least).all():
-                    ways.append(way)
-        best = sorted(range(len(ways)), key=lambda k: float((lengths / (ways[k] + 1)).max(initial=0.0)))[:_WAYS]
-        return [list(map(int, ways[k])) for k in dict.fromkeys((0, *best))]
+            if alike and math.comb(left + len(alike) - 1, left) > _MOST_SUMS:
+                continue
+            counts = np.array(list(_sums([len(group) for group in alike.values()], left)), int)
+            found = np.zeros((len(counts), len(spans)), int)
+            for column, group in enumerate(alike.values()):
+                found[:, group] = counts[:, column, None] if len(counts) else 0
+            ways.append(found[(found >= least).all(axis=1)])
+        every = np.concatenate(ways)
+        best = (lengths / (every + 1)).max(axis=1, initial=0.0).argsort(kind="stable")[:_WAYS]
+        return [every[k].tolist() for k in dict.fromkeys((0, *best.tolist()))]
 
     def _keys(self, number: int) -> dict[float, float]:
         """Return the places along a stroke that may have to be kept, with their worth: an angle, or infinity."""

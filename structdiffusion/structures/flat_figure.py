@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from grounding.figures.drawings import without_drawings
 from grounding.figures.figure import Figure
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import MAX_FIGURE_OFF_DEGREES, MAX_FIGURE_OFF_SHARE, MAX_GAP_VARIATION
@@ -68,7 +69,10 @@ class FlatFigure(SpreadStructure):
             LayoutError: for a number of objects that cannot show it, or widths that make its gaps uneven.
         """
         require_legal(self.figure, len(items))
-        places = places_of(self.figure, len(items))
+        try:
+            places = places_of(self.figure, len(items))
+        except ValueError as error:  # a drawing of a person or a language model, with more junctions than `least` tells
+            raise LayoutError(f"{len(items)} objects cannot show the strokes of {a_structure(self.name)}") from error
         turn = self._turn(spec)
         drawn = turned(places.points - places.points.mean(axis=0), turn)
         order = self._order(items, places, drawn, keys, rng)
@@ -196,7 +200,9 @@ class FlatFigure(SpreadStructure):
 
 def count_check(figure: Figure, count: int) -> Check:
     """Check that so many objects can show a figure."""
-    return Check(f"objects in the {figure.name}", count in figure.legal, count, figure.legal_numbers())
+    return Check(
+        f"objects in the {without_drawings(figure.name)}", count in figure.legal, count, figure.legal_numbers()
+    )
 
 
 def require_legal(figure: Figure, count: int) -> None:

@@ -9,6 +9,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
+from grounding.figures.drawings import without_drawings
 from grounding.figures.names import LIKE
 from grounding.spec import ROTATIONS, SIZES, StructureSpec, slots_of
 from structdiffusion.observation import Table
@@ -26,6 +27,7 @@ LIFT = 0.0005  # m between surfaces that touch in a layout, so that they do not 
 
 def a_structure(name: str) -> str:
     """Return a structure's name with its article; "like FILE" is a structure like that."""
+    name = without_drawings(name)
     if name.startswith(LIKE):
         return f"a structure {name}"
     return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"

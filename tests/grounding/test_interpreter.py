@@ -93,7 +93,8 @@ class Model:
     def __init__(self, *replies):
         self.replies, self.asked = list(replies), []
 
-    def read(self, *asked):
+    def read(self, *asked, drawn):
+        assert drawn == {}
         self.asked.append(asked)
         reply = self.replies.pop(0)
         if isinstance(reply, Exception):

@@ -72,8 +72,11 @@ const MADE = {
   line: ({ text, style }) => element("p", style, text),
   rows: ({ rows }) => element("table", "", element("tbody", "", ...rows.map(row))),
   check: ({ passed, text }) => row([passed ? "passed" : "failed", text], passed ? "passed" : "failed"),
-  question: ({ text, options }) =>
-    element("section", "card question", element("p", "bold", text), element("ol", "", ...options.map((one) => element("li", "", one)))),
+  question: ({ text, options }) => {
+    const [said, ...shown] = text.split("\n").reverse(); // lines before the last show what it is about
+    const picture = shown.length ? [element("pre", "", shown.reverse().join("\n"))] : [];
+    return element("section", "card question", ...picture, element("p", "bold", said), element("ol", "", ...options.map((one) => element("li", "", one))));
+  },
 };
 
 function row(cells, className = "") {

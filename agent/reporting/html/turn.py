@@ -25,6 +25,7 @@ from agent.reporting.event_text import (
 from agent.reporting.html.charts import gauge, timing
 from agent.reporting.html.figures import candidates, legend, swatch, tried
 from agent.reporting.html.markup import album, bar, figure, film, paragraph, section, table, table_view
+from grounding.figures.drawings import without_drawings
 
 _NO = re.compile(r"(n|no|nope|never ?mind|cancel|stop)\b", re.IGNORECASE)  # how a proposal is declined
 
@@ -121,7 +122,7 @@ class Turn:
             sure = parse["confidence"].get(slot)
             slots.append(
                 f'<div class="{"slot" if value else "slot open"}"><span class="soft">{escape(slot_label(slot))}</span>'
-                f"<b>{escape(value or 'left open')}</b>"
+                f"<b>{escape(without_drawings(value or 'left open'))}</b>"
                 + (f'<span class="soft">{number(100 * sure)} % sure</span>{bar(sure)}' if sure is not None else "")
                 + (f'<span class="soft">from “{escape(words)}”</span>' if words else "")
                 + "</div>"

@@ -43,7 +43,7 @@ def read(answer, text="stack the cans on the left", objects=OBJECTS, **more):
 def test_the_examples_of_the_prompt_are_replies_that_are_accepted():
     prompt = load_prompt(PROMPT)
     examples = list(_EXAMPLE.finditer(prompt))
-    assert len(examples) == prompt.count("Output:") == 10
+    assert len(examples) == prompt.count("Output:") == 11
     shown = set()
     for example in examples:
         names = None if example["objects"] == "null" else example["objects"].split(", ")
@@ -133,7 +133,7 @@ def test_a_real_server_takes_the_schema_and_keeps_to_it(llama_url, monkeypatch):
     monkeypatch.setattr(llm_endpoint, "REASONING_TOKENS", 0)
     monkeypatch.setattr(goal_model, "load_prompt", lambda name: "Read.")
     said = []
-    monkeypatch.setattr(goal_model, "read_reply", lambda content, names, secrets: said.append(content))
+    monkeypatch.setattr(goal_model, "read_reply", lambda content, *_: said.append(content))
     model = GoalModel(EndpointLLM(llama_url, "smollm2", answer_seconds=120))
     model.read("stack the cans on the left", OBJECTS)
     assert said[0].replace(" ", "").replace("\n", "").startswith('{"decision":"')
