@@ -44,7 +44,7 @@ def judged(
         Candidate(
             one,
             found.logit,
-            _lost_words(pair.words[pair.first : pair.end], found),
+            tuple(map(_stand_ins(one).in_own_words, _lost_words(pair.words[pair.first : pair.end], found))),
             float(found.lost.max(initial=0.0)),
             _agreement(parse, one),
         )
@@ -55,8 +55,12 @@ def judged(
 def _pair(text: str, one: Proposal, objects: Sequence[SceneObject], before: Goal) -> Pair:
     """Return what the verifier reads of a proposal, in the words of the shapes that it knows, as the goal network."""
     assert one.goal is not None  # the caller has looked
-    taught = StandIns() if one.worded is None else one.worded.stand_ins
+    taught = _stand_ins(one)
     return pair_of(taught.text if taught.shapes else text, taught.goal(one.goal), objects, taught.goal(before))
+
+
+def _stand_ins(one: Proposal) -> StandIns:
+    return StandIns() if one.worded is None else one.worded.stand_ins
 
 
 def added_up(proposals: Sequence[Proposal], count: int | None) -> list[Proposal]:

@@ -185,7 +185,7 @@ def _words_of_figure(figure: Figure) -> StructureWords:
         name=figure.name,
         number=0,
         slots=("x_position", "y_position", "rotation")
-        if figure.stacked
+        if figure.stacked or figure.places
         else ("size", "x_position", "y_position", "rotation"),
         least=figure.legal[0],
         words=Words(nouns=figure.nouns),

@@ -54,8 +54,11 @@ class Verdicts:
         if decision.status == "ask":
             doubtful = decision.chosen.proposal.choices if decision.chosen is not None and not decision.offered else ()
             return self._asked(goal_question(text, decision, self.names), decision.offered or doubtful)
-        if self.before.parts and any(one.goal == self.before and one.certainty >= BUILD for one in proposals):
-            return self.refused("that is already so; say what should change", unchanged=True)
+        same = [one for one in proposals if one.goal == self.before and one.certainty >= BUILD]
+        if self.before.parts and same:
+            return self.refused(
+                "; ".join((*same[0].notes, "that is already so; say what should change")), unchanged=True
+            )
         wish = next((each.goal for each in proposals if each.problem and each.goal is not None), Goal())
         nothing = sum(each.certainty for each in proposals if each.answer == "nothing") > 0.5
         return self.refused(

@@ -101,6 +101,11 @@ MAX_FIGURE_OFF_SHARE = 0.12
 # Standard deviation of the clear gaps along a stroke over their mean.
 MAX_GAP_VARIATION = 0.25
 MAX_FIGURE_OFF_DEGREES = 22.5  # between a figure's heading and its rotation: half the angle to the nearest diagonal
+MAX_COPY_OFF = (
+    0.005  # m between an object of an exact copy and its place, once the copy as a whole is laid over the example
+)
+# Between its long side and that of its place: on a cube of 5 cm, the corners move by less than 5 mm then.
+MAX_COPY_TURN_DEGREES = 5.0
 
 # --- further keys of a structure (part two) -------------------------------------------------------
 

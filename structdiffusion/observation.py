@@ -136,8 +136,10 @@ class Arrangement:
         scores: the ranking scores, each in [0, 1], larger is better; "total" decides, and `rerank_by_physics` decides
             among arrangements that were tried in physics.
         world_from_structure: (4, 4) the structure's frame, or `None`.
+        order: the objects in the order in which they have to be placed; () for any order with supports first.
     """
 
     goal_from_initial: np.ndarray
     scores: Mapping[str, float] = field(default_factory=dict)
     world_from_structure: np.ndarray | None = None
+    order: tuple[int, ...] = ()

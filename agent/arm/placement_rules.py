@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -34,6 +34,13 @@ class PlacementRules:
             for index in range(count)
         }
         return replace(self, after=after)
+
+    def in_order(self, order: Sequence[int]) -> PlacementRules:
+        """Return the rules by which objects are placed in an order; the same rules for none."""
+        after = {
+            index: self.after.get(index, frozenset()) | frozenset(order[:place]) for place, index in enumerate(order)
+        }
+        return replace(self, after={**self.after, **after})
 
 
 def moving(goal_from_initial: np.ndarray) -> list[int]:

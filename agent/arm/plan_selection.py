@@ -11,9 +11,11 @@ from agent.arm.events import ArmEvent, PlanFailed, Planned
 from agent.arm.kinematics import Kinematics
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ObjectPlan
+from agent.arm.placement_order import bottom_at
 from agent.arm.placement_rules import PlacementRules
 from agent.arm.task_planner import Search
 from structdiffusion.completion.surface import completed_scene
+from structdiffusion.footprints import LEAST_STEP
 from structdiffusion.observation import Arrangement, Scene
 
 # Configurations that are checked, not seconds, so that the same seed ends the same way however busy the machine is: a
@@ -60,10 +62,12 @@ def find_plan(
     bottoms = [cloud.bottom for cloud in scene.objects]
     distractors = [np.asarray(cloud.points, dtype=np.float64) for cloud in scene.distractors]
     # Where no arrangement has a plan, all are tried again with objects set down on the way and touched lightly.
+    rules = search.rules  # what is planned again has no order of its own, and keeps that of the arrangement chosen here
     for last_resort in (False, True):
         search.loosen(last_resort)
         try:
             for rank, arrangement in enumerate(arrangements):
+                search.rules = rules.in_order(_lifted(arrangement, clouds, bottoms))
                 plans, blocked, reason = search.arrangement(
                     clouds, distractors, arrangement.goal_from_initial, planning_checks, bottoms, stop_over=last_resort
                 )
@@ -78,3 +82,10 @@ def find_plan(
         finally:
             search.loosen(False)
     return None
+
+
+def _lifted(arrangement: Arrangement, clouds: Sequence[np.ndarray], bottoms: Sequence[float]) -> list[int]:
+    """Return the order of an arrangement without what stands on the table, which stands whatever else does."""
+    return [
+        i for i in arrangement.order if bottom_at(arrangement.goal_from_initial[i], clouds[i], bottoms[i]) > LEAST_STEP
+    ]

@@ -74,10 +74,17 @@ class WorkPlanner(WorkLeft):
 
     def missing_support(self, step: Step) -> str:
         """Say why an object cannot be brought to its goal because of what it was to stand on; empty if it can."""
-        under = None if step.plan is not None and step.plan.aside else self.stands_on[step.object]
-        if under is None or under not in self._moves or (under in self.watch and not self.watch.trouble(under)):
+        if step.plan is not None and step.plan.aside:
             return ""
-        return f"{self._eyes.names[under]}, on which it was to stand, is not in place"
+        under = self.stands_on[step.object]
+        if under is not None and self._is_missing(under):
+            return f"{self._eyes.names[under]}, on which it was to stand, is not in place"
+        before = next(filter(self._is_missing, sorted(self._search.rules.after.get(step.object, ()))), None)
+        return "" if before is None else f"{self._eyes.names[before]}, which has to stand before it, is not in place"
+
+    def _is_missing(self, index: int) -> bool:
+        """Return whether an object that is to be moved is not in its place."""
+        return index in self._moves and not (index in self.watch and not self.watch.trouble(index))
 
     def remember_failed(self, index: int, grasp: Grasp) -> None:
         """Take it that a grasp failed on an object where it is known to be, and that similar ones would."""
@@ -144,9 +151,14 @@ class WorkPlanner(WorkLeft):
         outlines = [self._eyes.outline(i) for i in range(self._eyes.count)]
         bottoms = [self._eyes.bottom(i) for i in range(self._eyes.count)]
 
-        def turn(index: int) -> tuple[bool, float]:
+        def turn(index: int) -> tuple[int, bool, float]:
             covered = any(stands_above(other, index, outlines, bottoms) for other in left)
-            return covered, bottom_at(self.goal_from_initial[index], self._eyes.clouds[index], self._bottoms[index])
+            before = len(self._search.rules.after.get(index, ()))
+            return (
+                before,
+                covered,
+                bottom_at(self.goal_from_initial[index], self._eyes.clouds[index], self._bottoms[index]),
+            )
 
         return [Step(index) for index in sorted(left, key=turn)]
 

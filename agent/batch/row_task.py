@@ -5,7 +5,7 @@
 | `id`, `line`, `text`, `seed`, `model` | the row |
 | `fingerprint` | of everything that decides the result; a row that has changed is carried out again |
 | `success`, `exit_code` | as of a run; 1 for a defect of the tool or a worker that died |
-| `step`, `message` | where and why it failed: a step of a run, "row" for a bad row, "crash" |
+| `step`, `message` | where and why it failed: a step of a run, "row", "example" for a bad one of these, "crash" |
 | `spec`, `goal` | the parsed instruction: the five slots of one structure, and the goal with all its parts |
 | `rank`, `score` | the arrangement that was tried: its place from 1, and its total score |
 | `failure_class`, `checks` | the first cause of failure, and every check with its measured value and limit |
@@ -19,15 +19,16 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from agent.batch.result_schema import ROWS, report_of
 from agent.batch.rows import BadRow, Row
 from agent.errors import DEFECT, defect_sentence, exit_code_of, one_sentence
+from agent.figures.examples import keep_example
 from agent.pipeline.resources import ResourceCache
-from agent.pipeline.run import run_instruction
+from agent.pipeline.run import RunOptions, run_instruction
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import run_session
 from agent.runtime.output_ownership import OwnFolder
@@ -51,9 +52,16 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
     """
     cache.pictures = OwnFolder(folder, "run")
     try:
-        with run_session(folder, {"id": row.id, "line": row.line, **asdict(row.options)}) as session:
+        options = _with_example(row.options, folder)
+    except Exception as error:
+        code = exit_code_of(error)
+        if code is None:
+            raise
+        return failed(row, code, "example", one_sentence(error))
+    try:
+        with run_session(folder, {"id": row.id, "line": row.line, **asdict(options)}) as session:
             record = RunRecord(session)
-            for event in run_instruction(row.text, row.options, cache):
+            for event in run_instruction(row.text, options, cache):
                 record.on_event(event)
         page = record.write(folder) if record.saw_something else None
     except Exception as error:  # the other rows continue, whatever it is
@@ -65,6 +73,14 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
         where = f"{ROWS}/{row.id}/{TRACEBACK}"
         return failed(row, CRASHED, "crash", f"{defect_sentence(error)}; see {where}")
     return _result(row, record.report, None if page is None else report_of(row.id))
+
+
+def _with_example(options: RunOptions, folder: Path) -> RunOptions:
+    """Return the options of a row with the figure of its example, which is written into the row's folder."""
+    if options.example is None:
+        return options
+    like = keep_example(options.example, options.exact, OwnFolder(folder, "run"))
+    return replace(options, reading=replace(options.reading, like=like))
 
 
 def is_final(result: Mapping[str, Any]) -> bool:

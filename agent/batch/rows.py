@@ -14,7 +14,7 @@ as "line-007", or in an array of its place, such as "row-007":
 | `id` | 1 to 80 letters a-z, digits, ".", "_", "-"; begins with a letter or digit, ends without "." |
 | `text` | the instruction |
 | `scene`, `objects`, `model`, `weights`, `seed`, `execute` | as the flags of `run`; by default the batch's own flags |
-| `parser`, `viewpoint`, `llm_model`, `llm_url` | likewise |
+| `parser`, `viewpoint`, `llm_model`, `llm_url`, `like`, `exact` | likewise |
 
 Relative paths in a row start from the file's folder; from the current folder if the rows come from standard input.
 """
@@ -40,7 +40,8 @@ from structdiffusion.limits import BATCH_BYTES, ROW_BYTES
 
 STANDARD_INPUT = "-"
 _SETTINGS = {setting.name: setting for setting in SETTINGS if setting.name != "workers"}
-KEYS = ("id", "text", *_SETTINGS)
+_EXAMPLE: dict[str, type] = {"like": str, "exact": bool}
+KEYS = ("id", "text", *_SETTINGS, *_EXAMPLE)
 _PLACES = ("scene", "objects", "weights")  # what is not there is bad input; any other illegal value is wrong usage
 _READING = ("parser", "viewpoint", "llm_model", "llm_url")
 ID = re.compile(r"(?=.{1,80}$)[A-Za-z0-9]([A-Za-z0-9._-]*[A-Za-z0-9_-])?")
@@ -137,11 +138,30 @@ def with_options(base: RunOptions, given: Mapping[str, Any], folder: Path, flags
         UsageError: for a value that is not legal.
         BadInput: for a value of the wrong type, or a missing file or folder.
     """
-    values = {name: _accepted(name, value, folder, flags) for name, value in given.items()}
+    values = {name: _accepted(name, value, folder, flags) for name, value in given.items() if name not in _EXAMPLE}
+    example = _example(base, given, folder, flags)
     if "weights" in values:
         values["weights"] = Path(values["weights"])
     reading = {name: values.pop(name) for name in _READING if name in values}
-    return replace(base, **values, reading=replace(base.reading, **reading))
+    found = replace(base, **values, **example, reading=replace(base.reading, **reading))
+    if found.exact and found.example is None:
+        raise UsageError("exact copies an example; name it with like")
+    if found.example is not None and found.reading.parser == "llm":
+        raise UsageError("like is read without a language model; legal: the parser embedding")
+    return found
+
+
+def _example(base: RunOptions, given: Mapping[str, Any], folder: Path, flags: bool) -> dict[str, Any]:
+    """Return the options that name an example, its path absolute."""
+    for key, kind in _EXAMPLE.items():
+        if key in given and type(given[key]) is not kind:
+            raise BadInput(f"{key} must be {_KIND[kind]}, got {_json_excerpt(given[key])}")
+    like = given.get("like", None if base.example is None else str(base.example))
+    path = None if like is None else (folder / like).absolute()
+    if path is not None and not path.exists():
+        place = "--like" if flags else "like"
+        raise BadInput(f"{place} cannot be {_json_excerpt(like)}; legal: an existing file or the folder of a run")
+    return {"example": path, "exact": given.get("exact", base.exact)}
 
 
 def _accepted(name: str, value: Any, folder: Path, flags: bool) -> Any:
@@ -254,7 +274,7 @@ def _object(line: str) -> dict[str, Any]:
 
 def _of_cell(key: str, cell: str) -> Any:
     """Return the value of a table's cell, of the kind that its column has; the cell where it is none of that kind."""
-    kind = _SETTINGS[key].kind if key in _SETTINGS else str
+    kind = _SETTINGS[key].kind if key in _SETTINGS else _EXAMPLE.get(key, str)
     cell = cell if key == "text" else cell.strip()
     if kind is bool:
         return {"true": True, "false": False}.get(cell.lower(), cell)
@@ -272,6 +292,10 @@ def fingerprint(text: str, options: RunOptions) -> str:
         del decides["disturb"]
     if not options.reading.accept_drawings:  # likewise
         del decides["reading"]["accept_drawings"]
+    if options.example is None:  # likewise
+        del decides["example"], decides["exact"]
+    elif options.example.is_file():
+        decides["example"] = hashlib.sha256(options.example.read_bytes()).hexdigest()
     del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():

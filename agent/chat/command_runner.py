@@ -16,6 +16,8 @@ from agent.chat.interjections import Silence, Source
 from agent.chat.steering import Steering
 from agent.chat.view import SHOWN, ChatScreen
 from agent.errors import UsageError
+from agent.figures.picture import picture
+from agent.runtime.output_ownership import OwnFolder
 from agent.runtime.settings import MOST_SEED
 from agent.scenes.files import SUFFIXES
 from agent.scenes.sources import EXAMPLE, SIMULATED
@@ -140,6 +142,8 @@ class CommandRunner:
             case "/load":
                 known = rest in (SIMULATED, EXAMPLE)
                 self._set_table(rest if known else str(self._access.path(name, rest)), talk.options.seed)
+            case "/example":
+                self._example(rest)
             case "/report":
                 from agent.reporting.replay import write_page  # the pages' modules are many, and few chats want one
 
@@ -204,6 +208,18 @@ class CommandRunner:
             raise UsageError(f"the arm holds {held}; use /undo, or give an instruction that places it, before you save")
         self._conversation.save(self._file("/save", path, SUFFIXES))
         self._screen.note(f"saved {path}; structagent chat --scene {shlex.quote(str(path))} continues with it")
+
+    def _example(self, rest: str) -> None:
+        exact = rest.endswith(" exact")
+        path = self._access.path("/example", rest.removesuffix(" exact").strip())
+        self._screen.busy("reading the example")
+        figure = self._conversation.show_example(path, exact, OwnFolder(self._session.parent, "chat"))
+        for line in picture(figure):
+            self._screen.note(line)
+        how = ", to be copied exactly" if exact else ""
+        self._screen.note(
+            f"“the example” is this, of {figure.legal_numbers()} objects{how}; say “the example with the cups”"
+        )
 
     def _file(self, command: str, path: Path, suffixes: Sequence[str]) -> Path:
         """Return the path if it may be written to; overwriting a file requires the same command twice.

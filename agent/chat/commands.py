@@ -59,6 +59,11 @@ COMMANDS = (
     Command("/seed", "[N]", "show or set the random seed of proposals and plans"),
     Command("/save", "FILE", "write the present table to a scene file"),
     Command("/load", "FILE", "load a table from a scene file"),
+    Command(
+        "/example",
+        "FILE [exact]",
+        "let “the example” be what a file shows: a scene, a recording, a run, a chat, a figure",
+    ),
     Command("/report", "[FILE]", "write the conversation so far as an HTML page"),
     Command("/help", "", "list the commands"),
     Command("/quit", "", "end the chat, as Ctrl-D does"),

@@ -55,7 +55,8 @@ class Conversation(BuildSession):
     def read(self, text: str) -> tuple[Dialogue, Outcome]:
         """Read a sentence with the goal so far in view; nothing is changed."""
         now = self.situation
-        text = with_structure_before(text, now.builds[-1].goal if now.builds and not now.asked else now.goal)
+        before = now.builds[-1].goal if now.builds and not now.asked else now.goal
+        text = with_structure_before(text, before, self.options.reading.like)
         reader = self._interpreter if not self._drawn else KnowingReader(self._interpreter, self._drawn)
         return self._keeping(*turns.say(now.dialogue, text, reader, self._objects(), now.stands))
 

@@ -12,7 +12,7 @@ from grounding.parse_result import shortened
 
 @dataclass(frozen=True)
 class FileAccess:
-    """The files that `/load`, `/save` and `/report` may name.
+    """The files that `/load`, `/save`, `/example` and `/report` may name.
 
     Attributes:
         folders: where they may lie; `None` for anywhere.

@@ -18,6 +18,7 @@ from agent.chat.turn import Turn
 from agent.errors import NotBuildable, NoValidGoal, UsageError
 from agent.event_base import Event, Listener
 from agent.pipeline.candidates import filter_viable
+from agent.pipeline.copy_sizes import describe_sizes
 from agent.pipeline.event_builders import describe_aside, describe_shortfall, perceived_event
 from agent.pipeline.proposing import make_goal, propose_arrangements, propose_goal, proposed_event
 from agent.pipeline.resources import ResourceCache
@@ -106,6 +107,9 @@ class ProposalSession(TableSession):
         self.send(proposal.chosen)
         if aside := describe_aside(proposal.chosen):
             self.send(events.Noted(aside))
+        arrangement = proposal.proposed.arrangements[proposal.rank - 1]
+        if sizes := describe_sizes(proposal.scene, proposal.wanted, arrangement):
+            self.send(events.Noted(sizes))
 
     def _wanting(self, dialogue: Dialogue) -> Situation:
         """Return the present situation with another state of what was said, and nothing proposed yet."""

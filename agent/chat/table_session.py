@@ -18,12 +18,15 @@ from agent.pipeline.event_builders import perceived_event
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from grounding.dialogue.state import Dialogue, decline, forget
+from grounding.figures.names import figure_named
 from grounding.goals.description import describe_part
 from grounding.parse_result import Question
 
 if TYPE_CHECKING:
+    from agent.runtime.output_ownership import OwnFolder
     from agent.scenes.sources import SceneSource
     from agent.scenes.table_scene import TableScene
+    from grounding.figures.figure import Figure
 
 
 class TableSession:
@@ -35,7 +38,7 @@ class TableSession:
         listeners: receive every event.
 
     Attributes:
-        options: as given; the seed, the parser and the viewpoint can be changed during the conversation.
+        options: as given; the seed, the parser, the viewpoint and the example can be changed during the conversation.
         listeners: as given.
         source: the source of the table.
         table: the table.
@@ -264,8 +267,31 @@ class TableSession:
         self.options = replace(self.options, reading=replace(self.options.reading, viewpoint=viewpoint))
 
     def read_with(self, parser: str) -> None:
-        """Set the parser for instructions."""
+        """Set the parser for instructions.
+
+        Raises:
+            UsageError: for a language model where "the example" is one.
+        """
+        if parser == "llm" and self.options.reading.like:
+            raise UsageError("/parser cannot be llm here: what is like the example is read without a language model")
         self.options = replace(self.options, reading=replace(self.options.reading, parser=parser))
+
+    def show_example(self, path: Path, exact: bool, folder: OwnFolder) -> Figure:
+        """Let "the example" be what a file shows; the present goal stays.
+
+        Args:
+            path: as `agent.figures.examples.read_example` takes it.
+            exact: whether its places are copied to the millimetre.
+            folder: of the chat, where its figure is kept.
+        """
+        from agent.figures.examples import keep_example
+
+        if self.options.reading.parser == "llm":
+            raise UsageError("/example is read without a language model; choose /parser embedding first")
+        like = keep_example(path, exact, folder)
+        reading = replace(self.options.reading, like=like, like_always=False)
+        self.options = replace(self.options, reading=reading, example=path, exact=exact)
+        return figure_named(like)
 
     def seed_with(self, seed: int) -> None:
         """Set the seed of further proposals and plans; the table stays."""

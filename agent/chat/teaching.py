@@ -18,7 +18,7 @@ from grounding.dialogue.acts import bare, is_question
 from grounding.figures.figure import Figure
 from grounding.figures.names import figure_named, is_figure
 from grounding.goals.goal import Goal
-from grounding.propose.figure_mentions import compared
+from grounding.propose.example_words import compared
 from grounding.structure_words import words_of
 from structdiffusion.figures.example import figure_of
 from structdiffusion.observation import ObjectCloud
@@ -79,18 +79,24 @@ def figure_at_hand(situation: Situation, seen: Sequence[ObjectCloud], arranged: 
     return figure_of(example_of_clouds([clouds[number] for number in own], motions[own]), name, (name,))
 
 
-def with_structure_before(text: str, goal: Goal) -> str:
+def with_structure_before(text: str, goal: Goal, example: str = "") -> str:
     """Return a text with the name of the goal's structure in place of "like the one before".
+
+    Args:
+        text: any line.
+        goal: so far, or the one that was built last.
+        example: the name of the figure that "the example" is; "" for none. Without a structure before, that is meant.
 
     Raises:
         UsageError: if there is no such structure, or there are several.
     """
-    if _BEFORE.search(text) is None:
+    if _BEFORE.search(text) is None or (example and not goal.structures):
         return text
     shapes = {part.shape for part in goal.structures if part.shape is not None}
     if len(shapes) != 1:
         raise UsageError(
             "there is no structure before" if not shapes else f"which one is meant: {', '.join(sorted(shapes))}?"
         )
-    noun = words_of(shapes.pop()).words.nouns[0]
-    return compared(_BEFORE.sub(with_indefinite_article(noun), text))
+    shape = shapes.pop()
+    said = "the example" if shape == example else with_indefinite_article(words_of(shape).words.nouns[0])
+    return compared(_BEFORE.sub(said, text))

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from agent.cli.config import reading_options
+from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
     AcceptDrawingsOption,
     AtOption,
@@ -73,6 +74,8 @@ def batch(
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
     hold: HoldOption = Hold.friction,
+    like: LikeOption = None,
+    exact: ExactOption = False,
     retry: Annotated[bool, typer.Option("--retry", help="Repeat rows that failed before.")] = False,
 ) -> None:
     """Carry out many instructions from a file.
@@ -86,8 +89,8 @@ def batch(
     has these keys. Its content decides. Only text is required. id is unique and names the
     folder of the row's report. The other keys are named like the options below, which are
     their defaults: scene, objects, model, weights, seed, execute, parser, viewpoint,
-    llm_model, llm_url. Paths in a row are relative to the folder of FILE. An
-    invalid row fails; the others run.
+    llm_model, llm_url, like, exact. Paths in a row are relative to the folder of FILE.
+    An invalid row fails; the others run.
 
     \b
     DIR gets results.jsonl with a line per row, written as the rows end: a batch that is
@@ -107,11 +110,24 @@ def batch(
     from agent.batch.run import run_batch
     from agent.pipeline.run import RunOptions
 
+    check_example(like, exact, parser.value)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     reading = replace(reading, accept_drawings=accept_drawings)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     defaults = RunOptions(
-        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value
+        scene,
+        objects,
+        model,
+        weights,
+        seed,
+        execute,
+        reading,
+        recorded,
+        allow_unverified,
+        hold.value,
+        None,
+        like,
+        exact,
     )
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry, force)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from agent.cli.config import reading_options
+from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
     AtOption,
     CallOption,
@@ -34,7 +36,7 @@ from agent.cli.options import (
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import UsageError
-from agent.runtime.output_ownership import claim_folder
+from agent.runtime.output_ownership import OwnFolder, claim_folder
 from agent.runtime.output_paths import folder_or_new
 from agent.runtime.stdio import import_pybullet_silently, results_stream
 from agent.runtime.terminal_text import console_on
@@ -69,6 +71,8 @@ def chat(
     call: CallOption = None,
     allow_unverified: UnverifiedOption = False,
     hold: HoldOption = Hold.friction,
+    like: LikeOption = None,
+    exact: ExactOption = False,
 ) -> None:
     """Talk with the agent about one table.
 
@@ -78,6 +82,7 @@ def chat(
     Example: structagent chat --scene desk.yaml
     """
     claim_folder(out, "chat", force)
+    check_example(like, exact, parser.value)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     if sys.stdin is None:
@@ -91,8 +96,25 @@ def chat(
         from agent.pipeline.run import RunOptions
 
         options = RunOptions(
-            scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value
+            scene,
+            objects,
+            model,
+            weights,
+            seed,
+            execute,
+            reading,
+            recorded,
+            allow_unverified,
+            hold.value,
+            None,
+            like,
+            exact,
         )
+        if like is not None:
+            from agent.figures.examples import keep_example
+
+            example = keep_example(like, exact, OwnFolder(folder, "chat"))
+            options = replace(options, reading=replace(reading, like=example, like_always=False))
         session = folder / "session.jsonl"
         code = run_chat(options, console, session, sys.stdin, yes, viewer)
     print(f"session: {session}", file=sys.stderr)

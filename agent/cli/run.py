@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from agent.cli.config import reading_options
+from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
     AcceptDrawingsOption,
     AtOption,
@@ -100,14 +101,8 @@ def run(
             "topple or swap. For simulated scenes.",
         ),
     ] = None,
-    like: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Example that the instruction speaks of as “the same”: a scene file, a recording, the folder or "
-            "session of a run, or a file of a figure.",
-        ),
-    ] = None,
+    like: LikeOption = None,
+    exact: ExactOption = False,
     export_trajectory: Annotated[
         list[Path] | None,
         typer.Option(
@@ -138,8 +133,7 @@ def run(
         disturbance = Disturbance.parse(disturb)
         check_disturbance(disturbance, scene, execute)
     claim_folder(out, "run", force)
-    if like is not None and parser is Parsers.llm:
-        raise UsageError("--like is read without a language model; leave out --parser llm")
+    check_example(like, exact, parser.value)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     reading = replace(reading, accept_drawings=accept_drawings)
     trajectories = export_trajectory or []
@@ -156,21 +150,14 @@ def run(
     )
     with folder_or_new(out, f"seed{seed}") as folder:
         if like is not None:
-            options = replace(options, reading=replace(reading, like=_example(like, folder)))
+            from agent.figures.examples import keep_example
+
+            example = keep_example(like, exact, OwnFolder(folder, "run"))
+            options = replace(options, reading=replace(reading, like=example))
         outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
     if outcome["exit_code"] != DONE:
         print_error(outcome["message"])
         raise typer.Exit(outcome["exit_code"])
-
-
-def _example(like: Path, folder: Path) -> str:
-    """Write the figure of an example to the folder of a run; return its name in goals."""
-    from agent.figures.examples import read_example
-    from grounding.figures.files import figure_text
-    from grounding.figures.names import LIKE
-
-    figure = read_example(like, "example")
-    return f"{LIKE}{OwnFolder(folder, 'run').write('example.toml', figure_text(figure).encode()).absolute()}"
 
 
 def _is_accepted(unasked: bool, drawn: Sequence[Figure]) -> bool:

@@ -83,8 +83,8 @@ def serve(
         bool,
         typer.Option(
             "--any-file",
-            help="Let /load, /save and /report in a page of this machine name any file, not only files in DIR and in "
-            "the current folder.",
+            help="Let /load, /save, /example and /report in a page of this machine name any file, not only files in "
+            "DIR and in the current folder.",
         ),
     ] = False,
     at: AtOption = None,

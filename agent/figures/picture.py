@@ -16,6 +16,15 @@ def picture(figure: Figure) -> list[str]:
     """Return the lines of a figure's picture."""
     if figure.blocks:
         return _upright(figure)
+    if figure.places:
+        return _dotted(
+            [
+                (place.x + i * place.size[0] / 4, place.y + j * place.size[1] / 4)
+                for place in figure.places
+                for i in (-1, 1)
+                for j in (-1, 1)
+            ]
+        )
     if figure.pattern:
         count = next((n for n in figure.legal if n >= 8), figure.legal[-1])
         return _dotted([(x, y) for x, y in pattern_places(figure.pattern, count)])

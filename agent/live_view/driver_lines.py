@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LONGEST = 2000  # characters of a line
 MOST_WAITING = 16  # lines that were typed while the arm builds and are not read yet
 _LATE = 0.5  # s that the interruption by a page may take to arrive
-_WITH_FILES = ("/save", "/load", "/report")
+_WITH_FILES = ("/save", "/load", "/example", "/report")
 
 
 class DriverLines:

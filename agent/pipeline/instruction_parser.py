@@ -32,6 +32,7 @@ class ReadingOptions:
             its host and nowhere else, whatever endpoint a batch's row or a project's file names.
         like: the name of the figure that instructions speak of as "the same"; "" for none.
         accept_drawings: whether a run builds what an endpoint drew without asking.
+        like_always: whether every instruction is about it, as in a run; in a chat only those are that say so.
     """
 
     parser: str = "embedding"
@@ -42,6 +43,7 @@ class ReadingOptions:
     key_url: str | None = None
     like: str = ""
     accept_drawings: bool = False
+    like_always: bool = True
 
 
 def make_interpreter(
@@ -76,7 +78,7 @@ def make_interpreter(
 
         return GoalModel(_endpoint(options))
 
-    network = NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder), options.like)
+    network = NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder), options.like, options.like_always)
     on_this_machine = options.parser == "llm" and options.llm_url is None
     slots = partial(make_slot_parser, options) if on_this_machine else embedding
     model = endpoint if options.parser == "llm" and not on_this_machine else None

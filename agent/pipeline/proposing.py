@@ -124,7 +124,14 @@ def propose_goal(
     touched = sorted({*wanted.movable, *(index for each in found for index in each.moved)})
     part = scene.select(touched)
     _check_nothing_on_top(part)
-    arrangements = [Arrangement(each.goal_from_initial[touched], dict(each.scores)) for each in found]
+    arrangements = [
+        Arrangement(
+            each.goal_from_initial[touched],
+            dict(each.scores),
+            order=tuple(touched.index(index) for index in each.order),
+        )
+        for each in found
+    ]
     return proposed_event(model, part, arrangements, time.perf_counter() - began)
 
 

@@ -103,6 +103,7 @@ def _placed(
         held=[k for k, i in enumerate((*indices, *unseen)) if i in world.held],
         colors=wanted.colors,
     )
+    release = replace(release, order=tuple(indices.index(i) for i in arrangement.order))
     aside = wanted.set_aside([table.names[i] for i in moving(motions)])
     verdict = place_and_check(bodies, motions[indices], wanted.goal, aside, release)
     final = verdict.world_from_final

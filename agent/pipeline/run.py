@@ -17,6 +17,7 @@ from agent.arm.fixed_objects import describe_fixed, with_fixed
 from agent.errors import DONE, BadInput, NotBuildable, PartlyDone, exit_code_of, one_sentence
 from agent.event_base import Event, json_value
 from agent.pipeline.building import LAST_PICTURE, build_with_arm
+from agent.pipeline.copy_sizes import describe_sizes
 from agent.pipeline.disturbance import check_disturbance, make_disturber
 from agent.pipeline.drawing_consent import with_consent
 from agent.pipeline.event_builders import (
@@ -65,6 +66,8 @@ class RunOptions:
         allow_unverified: take checkpoints that are not what their cards say.
         hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
         disturb: what disturbs the build; `None` for nothing.
+        example: the file that instructions speak of as "the same"; the figure that it shows is `reading.like`.
+        exact: whether its places are copied to the millimetre.
     """
 
     scene: str = "simulated"
@@ -78,6 +81,8 @@ class RunOptions:
     allow_unverified: bool = False
     hold: str = "friction"
     disturb: Disturbance | None = None
+    example: Path | None = None
+    exact: bool = False
 
 
 def run_instruction(
@@ -249,6 +254,8 @@ class _Run:
         yield chosen
         if aside := describe_aside(chosen):
             yield events.Noted(aside)
+        if sizes := describe_sizes(scene, wanted, arrangements[0]):
+            yield events.Noted(sizes)
         if self.options.execute:
             self.step = "build"
             yield from self._built(table, scene, wanted, arrangements, replanner)

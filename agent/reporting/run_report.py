@@ -47,6 +47,7 @@ from agent.runtime.output_ownership import files_written, mark, own_folder
 from agent.runtime.redaction import without_credentials
 
 SCHEMA_VERSION = 7
+EXAMPLE = "example.toml"  # beside the report of a run that was like an example: its figure
 _REMARKS = ("asked", "answered", "noted", "commanded", "interjected", "forked", "restored")
 
 
@@ -178,7 +179,7 @@ class RunRecord:
         try:
             with own_folder(folder, "run") as place:
                 earlier = files_written(place, "run")
-                session = earlier & {RUN_SESSION}
+                session = earlier & {RUN_SESSION, *self._example()}
                 mark(place, "run", earlier | files.keys())
                 place.write(files)
                 for name in earlier - files.keys() - session:
@@ -187,6 +188,10 @@ class RunRecord:
         except OSError as error:
             raise NotWritten(f"cannot write the report into {str(folder)!r}: {error.strerror}") from error
         return folder / "report.html"
+
+    def _example(self) -> set[str]:
+        """Return the name of the figure's file that the goal of this run refers to, if it has one."""
+        return {EXAMPLE} if self.report["options"].get("reading", {}).get("like") else set()
 
     def json(self) -> str:
         """Return the report as JSON."""

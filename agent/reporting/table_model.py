@@ -163,5 +163,10 @@ def _lengths(points: np.ndarray) -> str:
     return _base64(np.clip(np.round(np.asarray(points) * UNITS), limits.min, limits.max), "<i2")
 
 
+def lengths_of(packed: str) -> np.ndarray:
+    """Return the points (P, 3), metres, of an object's `vertices`."""
+    return np.frombuffer(base64.b64decode(packed), "<i2").reshape(-1, 3).astype(np.float64) / UNITS
+
+
 def _base64(values: np.ndarray, dtype: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values).astype(dtype).tobytes()).decode("ascii")

@@ -1,4 +1,4 @@
-"""The figure: a drawing seen from above, a pattern of places, or blocks that stand on each other."""
+"""The figure: a drawing seen from above, a pattern of places, blocks that stand on each other, or exact places."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from grounding.figures.growth import RULES, Blocks, FigureBlock, grown, pattern_
 
 Point = tuple[float, float]
 MOST = 24  # objects of a figure: more than any table that an arm serves has
+ON_TABLE = 0.01  # m: a place that is lower lies on the table
+MOST_COPIED = 12  # objects of an exact copy
 
 
 class FigureError(ValueError):
@@ -17,9 +19,27 @@ class FigureError(ValueError):
     """
 
 
+@dataclass(frozen=True, order=True)
+class FigurePlace:
+    """The place of one object of an exact copy. Metres; +x is the reader's right, +y away from the reader.
+
+    Attributes:
+        x, y: of the middle of its outline.
+        z: of its bottom, above the table.
+        size: of its box: along `turn`, across it, and upward.
+        turn: degrees from +x to the long side of its box; `None` for what is round.
+    """
+
+    x: float
+    y: float
+    z: float
+    size: tuple[float, float, float]
+    turn: float | None = None
+
+
 @dataclass(frozen=True)
 class Figure:
-    """One figure. It has either `strokes`, a `pattern` or `blocks`.
+    """One figure. It has either `strokes`, a `pattern`, `blocks` or `places`.
 
     Attributes:
         name: the shape's name in goals: "letter T".
@@ -29,6 +49,7 @@ class Figure:
         pattern: rows of a tile, the farthest first, "x" where an object stands; it is repeated as far as the objects
             reach.
         blocks: that stand on each other, seen by the reader.
+        places: of an exact copy, one for each object.
         least: the fewest objects that show it.
         numbers: of objects that can show it, where not every number from `least` on can; () for blocks and patterns,
             which have theirs by themselves.
@@ -45,14 +66,15 @@ class Figure:
     strokes: tuple[tuple[Point, ...], ...] = ()
     pattern: tuple[str, ...] = ()
     blocks: Blocks = ()
+    places: tuple[FigurePlace, ...] = ()
     least: int = 0
     numbers: tuple[int, ...] = ()
     points: bool = False
     grows: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if sum(map(bool, (self.strokes, self.pattern, self.blocks))) != 1:
-            raise FigureError("a figure has one of strokes, pattern and blocks")
+        if sum(map(bool, (self.strokes, self.pattern, self.blocks, self.places))) != 1:
+            raise FigureError("a figure has one of strokes, pattern, blocks and places")
         if not self.name or not self.nouns or not all(self.nouns):
             raise FigureError("name and nouns cannot be empty")
         if unknown := [rule for rule in self.grows if rule not in RULES]:
@@ -65,15 +87,21 @@ class Figure:
             raise FigureError("pattern must be rows of one length, with an x where an object stands")
         if self.blocks:
             _require_carried(self.blocks)
+        if self.places and not 2 <= len(self.places) <= MOST_COPIED:
+            raise FigureError(f"an exact copy cannot have {len(self.places)} objects; legal: 2 to {MOST_COPIED}")
+        if any(place.z < 0 or min(place.size) <= 0 for place in self.places):
+            raise FigureError("a place needs a z of 0 or more and sizes over 0")
 
     @property
     def stacked(self) -> bool:
         """Return whether its objects stand on each other."""
-        return bool(self.blocks)
+        return bool(self.blocks) or any(place.z > ON_TABLE for place in self.places)
 
     @cached_property
     def legal(self) -> tuple[int, ...]:
         """Return the numbers of objects, up to `MOST`, that can show it."""
+        if self.places:
+            return (len(self.places),)
         if self.blocks:
             return tuple(sorted(count for count in grown(self.blocks, self.grows, MOST) if count >= self.least))
         if self.pattern:
@@ -86,6 +114,8 @@ class Figure:
 
     def legal_numbers(self) -> str:
         """Return the legal numbers of objects in words: "3, 5 or 7", "4 or more"."""
+        if self.places:
+            return f"exactly {len(self.places)}"
         if self.strokes and not self.numbers:
             return f"{self.legal[0]} or more"
         *others, last = map(str, self.legal)
@@ -101,4 +131,4 @@ def _require_carried(blocks: Blocks) -> None:
             raise FigureError(f"the block at x {block.x:g} needs a width over 0 and a level of 0 or more")
 
 
-__all__ = ["MOST", "Blocks", "Figure", "FigureBlock", "FigureError", "Point"]
+__all__ = ["MOST", "MOST_COPIED", "Blocks", "Figure", "FigureBlock", "FigureError", "FigurePlace", "Point"]

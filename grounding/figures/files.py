@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from grounding.atomic_files import write_whole
-from grounding.figures.figure import MOST, Figure, FigureBlock, FigureError
+from grounding.figures.figure import MOST, Figure, FigureBlock, FigureError, FigurePlace
 from grounding.untrusted_files import read_regular
 
 BYTES = 100_000  # of a file of a figure: the longest of ours has 2 kB
-_KEYS = ("name", "nouns", "strokes", "pattern", "blocks", "least", "numbers", "points", "grows")
+_KEYS = ("name", "nouns", "strokes", "pattern", "blocks", "places", "least", "numbers", "points", "grows")
 _NEEDED = ("name", "nouns", "least")
 _BLOCK_KEYS = ("x", "level", "width")
+_PLACE_KEYS = ("x", "y", "z", "size", "turn")
 
 
 def read_figure(path: Path) -> Figure:
@@ -55,6 +56,7 @@ def figure_from(entries: Mapping[str, Any]) -> Figure:
         strokes=tuple(map(tuple, strokes)),
         pattern=_texts(entries.get("pattern", []), "pattern"),
         blocks=tuple(sorted(map(_block, _list(entries.get("blocks", []), "blocks")))),
+        places=tuple(map(_place, _list(entries.get("places", []), "places"))),
         least=_count(entries["least"], "least"),
         numbers=tuple(_count(one, "numbers") for one in _list(entries.get("numbers", []), "numbers")),
         points=_flag(entries.get("points", False), "points"),
@@ -73,6 +75,8 @@ def figure_text(figure: Figure) -> str:
     if figure.blocks:
         blocks = [f"    {{x = {one.x:g}, level = {one.level}, width = {one.width:g}}}," for one in figure.blocks]
         lines += ["blocks = [", *blocks, "]"]
+    if figure.places:
+        lines += ["places = [", *(f"    {_place_text(one)}," for one in figure.places), "]"]
     lines.append(f"least = {figure.least}")
     if figure.numbers:
         lines.append(f"numbers = [{', '.join(map(str, figure.numbers))}]")
@@ -146,3 +150,20 @@ def _block(value: Any) -> FigureBlock:
     if type(level) is not int or not 0 <= level < MOST:
         raise FigureError(f"level cannot be {level!r:.60}; legal: whole numbers from 0 to {MOST - 1}")
     return FigureBlock(level, _number(value["x"], "blocks"), _number(value.get("width", 1.0), "blocks"))
+
+
+def _place(value: Any) -> FigurePlace:
+    if not isinstance(value, dict) or not {"x", "y", "z", "size"} <= value.keys() <= set(_PLACE_KEYS):
+        raise FigureError(f"places cannot have {value!r:.80}; legal: x, y, z, size and turn of each place")
+    size = [_number(one, "size") for one in _list(value["size"], "size")]
+    if len(size) != 3:
+        raise FigureError(f"size cannot be {size!r:.60}; legal: three lengths in metres")
+    turn = _number(value["turn"], "turn") if "turn" in value else None
+    x, y, z = (_number(value[key], "places") for key in "xyz")
+    return FigurePlace(x, y, z, (size[0], size[1], size[2]), turn)
+
+
+def _place_text(one: FigurePlace) -> str:
+    size = ", ".join(f"{length:g}" for length in one.size)
+    turn = "" if one.turn is None else f", turn = {one.turn:g}"
+    return f"{{x = {one.x:g}, y = {one.y:g}, z = {one.z:g}, size = [{size}]{turn}}}"

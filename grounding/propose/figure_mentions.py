@@ -15,7 +15,7 @@ from functools import cache
 from grounding.figures.drawings import drawings_among
 from grounding.figures.names import figure_nouns
 from grounding.figures.words import WORD
-from grounding.resolve.attributes import SceneObject
+from grounding.resolve.attributes import EXPLETIVES, SceneObject
 from grounding.resolve.function_words import (
     DETERMINERS,
     FUNCTION_WORDS,
@@ -30,13 +30,19 @@ from grounding.resolve.lexicon import GROUPS, KINDS, OTHER_WORDS
 from grounding.resolve.word_forms import singular
 from grounding.structure_words import STRUCTURES
 
-_WORDS = re.compile(r"[^\W_]+(?:['’][^\W_]+)*|[^\w\s]")
+WORDS = re.compile(r"[^\W_]+(?:['’][^\W_]+)*|[^\w\s]")
 _INDEFINITE = frozenset(("a", "an", "another", "one", "some", "any", "each"))
 # Adjectives between a determiner and the noun of a figure that are function words elsewhere.
 _ADJECTIVES = frozenset("big large huge small tiny medium long short wide single".split()) | PLACE_ADJECTIVES
 _OBJECTS = frozenset((*KINDS, *GROUPS, *OTHER_WORDS, *GENERIC))
 # Nouns of objects and places: without a determiner they are no figures ("in the middle of table").
 _THINGS = _OBJECTS | (NOT_OBJECTS - SHAPE_WORDS) | READ_WORDS
+# What changes nothing about a figure, or is read as its size.
+HARMLESS = _ADJECTIVES | EXPLETIVES | frozenset(
+    "little mini beautiful pretty cute cool neat simple plain basic proper real perfect new fresh good nice great fine "
+    "decent awesome amazing gorgeous wonderful elegant own usual normal ordinary regular standard quick tidy clean "
+    "complete different toy medium-sized".split()
+)  # fmt: skip
 _SHAPED = frozenset("shape shapes shaped form formation figure pattern outline".split())
 OPENING = re.compile(r"\b(?:open\w*|mouth|gap|hollow)\b", re.IGNORECASE)
 _CAPITAL = re.compile(r"(?<![\w.'’&])(?:[A-Z])(?![\w'’&]|\.\w)")
@@ -57,17 +63,6 @@ _WRITTEN = re.compile(
 # Function words after "write" that are not what is to be written: "write it with the cans"; greetings and answers are.
 _NEVER_WRITTEN = (FUNCTION_WORDS | DETERMINERS) - frozenset("hi hello hey yes no ok okay thanks".split())
 _NAMED_WORD = re.compile(r"\b(?:the|a) words? [\"“‘']?(?P<word>[^\W_]+)[\"”’']?(?![\w'’])", re.IGNORECASE)
-_BIGGER = re.compile(r"\b(?:a bit |a little |much )?(?:bigger|larger|wider)\b", re.IGNORECASE)
-_SMALLER = re.compile(r"\b(?:a bit |a little |much )?(?:smaller|tighter|narrower)\b", re.IGNORECASE)
-# How an example is spoken of, the clearest first.
-_LIKE = tuple(re.compile(rf"\b(?:{words})\b", re.IGNORECASE) for words in (
-    r"(?:exactly |just )?the same(?: (?:thing|structure|figure|shape|arrangement|one))?"
-    r"(?: again| as (?:this|that|before))?",
-    r"(?:(?:an?|another|one) )?(?:(?:thing|one|something|figure|structure) )?like "
-    r"(?:this|that|it|the (?:example|one before|last one))(?: one)?",
-    r"another(?: one)?|a copy(?: of (?:this|that|it))?|(?:this|that|the example)(?: (?:figure|structure|shape|one))?"
-    r"|it|one",
-))  # fmt: skip
 _CAPITALS = re.compile(r"(?<![\w'’])[A-Z][A-Z0-9]+(?![\w'’])")
 
 
@@ -87,6 +82,11 @@ class Mention:
     lead: str = ""
 
 
+def names_in(objects: Sequence[SceneObject] | None) -> set[str]:
+    """Return the words of the names of a scene's objects."""
+    return {word for each in objects or () for word in re.findall(r"[^\W_]+", each.name)}
+
+
 def mentions_of(text: str, objects: Sequence[SceneObject] | None, before: Collection[str] = ()) -> tuple[Mention, ...]:
     """Find the figures that a text names as structures, in the order of the text.
 
@@ -95,30 +95,13 @@ def mentions_of(text: str, objects: Sequence[SceneObject] | None, before: Collec
         objects: of the scene; `None` where it is not known.
         before: the shapes of the goal so far: "the heart" is a figure where it has one.
     """
-    names = {word for each in objects or () for word in re.findall(r"[^\W_]+", each.name)}
-    finder = _Finder(text, frozenset(map(str.lower, names)), frozenset(names), frozenset(before))
+    names = frozenset(names_in(objects))
+    finder = _Finder(text, frozenset(map(str.lower, names)), names, frozenset(before))
     found = list[Mention]()
     for one in (*finder.words(), *finder.letters(), *finder.nouns(), *finder.capitals(), *finder.digits()):
         if all(one.end <= each.first or each.end <= one.first for each in found):
             found.append(one)
     return tuple(sorted(found, key=lambda each: each.first))
-
-
-def like_mentions(text: str, name: str) -> tuple[Mention, ...]:
-    """Find where a text speaks of an example, "the same with the cups", "one like this":
-    the most telling words alone.
-    """
-    for pattern in _LIKE:
-        if found := pattern.search(text):
-            return (Mention(*found.span(), name, lead="a"),)
-    return ()
-
-
-def compared(text: str) -> str:
-    """Return what is said of an example with sizes in place of comparisons: of what stands elsewhere,
-    "bigger" is large.
-    """
-    return _SMALLER.sub("small", _BIGGER.sub("large", text))
 
 
 @dataclass(frozen=True)
@@ -173,6 +156,8 @@ class _Finder:
         found, index = list[Mention](), {**_index(), **drawings_among(self.before)}
         for one in _pattern(tuple(index)).finditer(self.text):
             name = index[_bare(one[1])]
+            if found and self.text[found[-1].end : one.start()] in (" ", "-") and name:
+                found.pop()  # "a spiral staircase" is no spiral
             if name and self._is_made(one.start(), one.end(), name):
                 found.append(Mention(one.start(), one.end(), name))
         return found
@@ -216,14 +201,14 @@ class _Finder:
         for word in reversed(self._before(first)[-4:]):
             if word in DETERMINERS:
                 return word
-            if not word.isalpha() or (word in FUNCTION_WORDS and word not in _ADJECTIVES) or self._is_thing([word]):
+            if not word.isalpha() or (word in FUNCTION_WORDS and word not in HARMLESS) or self._is_thing([word]):
                 return ""
         return ""
 
     def _is_compound(self, end: int) -> bool:
         """Return whether the next word is an object, as in "star block"."""
         gap = re.match(r"[ -]*", self.text[end:])
-        following = _WORDS.match(self.text[end + (gap.end() if gap else 0) :])
+        following = WORDS.match(self.text[end + (gap.end() if gap else 0) :])
         if following is None:
             return False
         word = following.group().lower()
@@ -233,7 +218,7 @@ class _Finder:
         return any(form in self.things or form in _OBJECTS for word in words for form in (word, singular(word)))
 
     def _before(self, first: int) -> list[str]:
-        return [word.lower() for word in _WORDS.findall(self.text[:first])]
+        return [word.lower() for word in WORDS.findall(self.text[:first])]
 
     def _after(self, end: int) -> str:
         found = re.match(r"[ -]*([^\W\d_]+)", self.text[end:])
@@ -267,6 +252,12 @@ def _index() -> dict[str, str]:
     """Return noun -> figure of all figures, and of the nouns of other shapes "": "plus sign" is a cross."""
     figures = {_bare(noun): name for name, nouns in figure_nouns().items() for noun in nouns}
     return figures | dict.fromkeys(_of_shapes(), "")
+
+
+def figures_read_otherwise(text: str) -> list[tuple[int, int, str]]:
+    """Find the names of figures that are read as other shapes, "an arch" as an arc: their characters, and the shape."""
+    nouns = tuple(noun for noun in _of_shapes() if noun in figure_nouns())
+    return [(*one.span(1), _of_shapes()[_bare(one[1])]) for one in _pattern(nouns).finditer(text)]
 
 
 def shapes_named(text: str) -> set[str]:

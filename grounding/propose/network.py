@@ -11,8 +11,15 @@ from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, parts_of
 from grounding.goal_network.writer import NetworkWriter, WrittenGoal
 from grounding.goals.goal import Goal
-from grounding.propose.figure_mentions import OPENING, Mention, compared, like_mentions, mentions_of, shapes_named
+from grounding.propose.example_words import compared, like_mentions
+from grounding.propose.figure_mentions import (
+    OPENING,
+    Mention,
+    mentions_of,
+    shapes_named,
+)
 from grounding.propose.proposal import WordedGoal
+from grounding.propose.qualifiers import qualified
 from grounding.propose.stand_ins import StandIns
 from grounding.resolve.attributes import SceneObject
 from grounding.structure_words import words_of
@@ -28,10 +35,11 @@ class NetworkProposer:
     Args:
         make: makes the network.
         like: the name of the figure that texts speak of as "the same" or "one like this"; "" for none.
+        always: whether every text is about it. In a conversation only those are that say so.
     """
 
-    def __init__(self, make: Callable[[], NetworkWriter], like: str = "") -> None:
-        self._make, self._like = make, like
+    def __init__(self, make: Callable[[], NetworkWriter], like: str = "", always: bool = True) -> None:
+        self._make, self._like, self._always = make, like, always
 
     @cached_property
     def network(self) -> NetworkWriter:
@@ -53,11 +61,12 @@ class NetworkProposer:
             GoalNetworkError: for weights that cannot be used.
         """
         if self._like:
-            text = compared(text)
-            meant = like_mentions(text, self._like)
-            return (
-                self._averaged(text, meant, objects, before, answers) if meant else (WordedGoal(1.0, problem=_UNLIKE),)
-            )
+            said = compared(text)
+            meant = like_mentions(said, self._like, self._always, bool(before.parts))
+            if meant or self._always:
+                if not meant:
+                    return (WordedGoal(1.0, problem=_UNLIKE),)
+                return _qualified(self._averaged(said, meant, objects, before, answers), said, objects, meant)
         figures = mentions_of(text, objects, {part.shape for part in before.structures if part.shape is not None})
         plain = self._averaged(text, (), objects, before, answers)
         if not figures or (sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text)):
@@ -66,7 +75,8 @@ class NetworkProposer:
             _ = [words_of(one.name) for one in figures]
         except FigureError as error:
             return (WordedGoal(1.0, problem=str(error), before=before),)
-        return self._averaged(text, figures, objects, before, answers) or plain
+        read = self._averaged(text, figures, objects, before, answers)
+        return _qualified(read, text, objects, figures) if read else _qualified(plain, text, objects)
 
     def _averaged(
         self, text: str, figures: Sequence[Mention], objects: Sequence[SceneObject] | None, before: Goal, answers: bool
@@ -100,6 +110,14 @@ class NetworkProposer:
                 for one in self.network.likeliest(f"{rendition.text} {text}", LIKELIEST, objects, answers)
             ]
         return tuple(_worded(one, text, stand_ins, before) for one in written)
+
+
+def _qualified(
+    proposed: Sequence[WordedGoal], text: str, objects: Sequence[SceneObject] | None, figures: Sequence[Mention] = ()
+) -> tuple[WordedGoal, ...]:
+    """Return goals with what their text says of figures besides their names."""
+    found = qualified(text, objects, figures)
+    return tuple(replace(one, qualified=found) for one in proposed) if found else tuple(proposed)
 
 
 def _has_figures(one: WordedGoal, figures: Sequence[Mention]) -> bool:

@@ -8,7 +8,9 @@ from typing import Any
 
 from grounding.goals.goal import Goal
 from grounding.parse_result import Question
+from grounding.propose.qualifiers import Qualified
 from grounding.propose.stand_ins import StandIns
+from grounding.structure_words import words_of
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,7 @@ class WordedGoal:
         before: the goal so far.
         about: the goal so far in words: a phrase may take its noun from it, "the blue one".
         stand_ins: the taught shapes in whose words the text was read.
+        qualified: what the text says of figures besides their names.
     """
 
     certainty: float
@@ -36,6 +39,24 @@ class WordedGoal:
     before: Goal = Goal()
     about: str = ""
     stand_ins: StandIns = StandIns()
+    qualified: tuple[Qualified, ...] = ()
+
+    @property
+    def unheld(self) -> tuple[str, ...]:
+        """Return a note for each figure of the goal that is said to be of a kind that nobody knows."""
+        shapes = {part.get("shape") for part in self.parts}
+        held = {word.lower() for phrase in self.phrases for word in phrase.split()}
+        there = [one for one in self.qualified if one.shape in shapes]
+        left = [(one, [word for word in one.words if word.lower() not in held]) for one in there]
+        sized = [one for one in there if one.size and "size" not in words_of(one.shape).slots]
+        return tuple(
+            f"{one.size!r} is not read of a {one.shape}, which has no size: more or larger objects make it larger"
+            for one in sized
+        ) + tuple(
+            f"{' '.join(words)!r} of {' '.join((*words, one.noun))!r} is not known: this is a plain {one.shape}"
+            for one, words in left
+            if words
+        )
 
     @property
     def phrases(self) -> tuple[str, ...]:

@@ -64,7 +64,8 @@ def resolved(
     if names is not None and not problem:
         problem = infeasible(goal, names)
     return Proposal(
-        goal, worded.certainty, problem=problem, nouns=found.nouns, described=found.described, notes=found.notes,
+        goal, worded.certainty, problem=problem, nouns=found.nouns, described=found.described,
+        notes=(*found.notes, *worded.unheld),
         singly=found.singly, worded=worded,
     )  # fmt: skip
 

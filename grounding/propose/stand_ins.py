@@ -82,6 +82,13 @@ class StandIns:
         """Return the noun that stands for a shape."""
         return STRUCTURES[self.shapes[shape]].words.nouns[0]
 
+    def in_own_words(self, words: str) -> str:
+        """Return words of the text that was read, with what was said in place of the taught nouns."""
+        for one in self.mentions:
+            said = self.said[one.first : one.end]
+            words = re.sub(rf"\b{re.escape(self.noun(one.name))}\b", said.replace("\\", r"\\"), words)
+        return words
+
     def goal(self, goal: Goal) -> Goal:
         """Return a goal with the taught shapes."""
         return Goal(tuple(

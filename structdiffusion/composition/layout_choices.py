@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from grounding.goals.parts import SHAPES_OF_KEY, Order, StructurePart
+from grounding.goals.parts import Order, StructurePart, takes_key
 from structdiffusion.composition.items import TableState
 from structdiffusion.geometry import HEADING_OF_ROTATION
 from structdiffusion.protocol.goal_keys import EDGE_AXES
-from structdiffusion.structures import STRUCTURES, structure_named
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.structure import LayoutError
 
 _ORDERS = 18  # of a stack: the last of so many is among the less usual ones
@@ -23,10 +23,10 @@ def in_another_order(part: StructurePart, state: TableState, number: int, rng: n
 
     Hidden sides of the objects decide which order is stable.
     """
-    structure = STRUCTURES.get(part.shape or "")
-    if structure is None or not structure.stacks or part.shape not in SHAPES_OF_KEY["order"]:
+    if part.shape is None or part.order is not None or number % 2 == 0:
         return part
-    if part.order is not None or number % 2 == 0:
+    structure = structure_named(part.shape)
+    if not structure.stacks or not takes_key(structure.name, "order"):
         return part
     objects = part.indices
     items = [state.items[i].layout_item() for i in objects]

@@ -72,7 +72,8 @@ class StructureBlocks:
         members = part.indices
         rng = np.random.default_rng(int(torch.randint(2**31, (1,), generator=generator)))
         blocks: list[Block] = []
-        if self.planner is not None and not part.keys and not only_placed(part):
+        exact = part.shape is not None and structure_named(part.shape).exact
+        if self.planner is not None and not part.keys and not only_placed(part) and not exact:
             try:
                 blocks = self._planned(part, members, count, generator)
             except UnknownWordError:
@@ -131,7 +132,8 @@ class StructureBlocks:
                 reason = reason or error
         if not blocks and reason is not None:
             raise reason
-        if part.shape is not None and structure_named(part.shape).stacks:
+        structure = None if part.shape is None else structure_named(part.shape)
+        if structure is not None and structure.stacks and not structure.exact:  # what is exact is tried as a whole
             blocks = self._tried_blocks(part, members, blocks)
         return blocks
 

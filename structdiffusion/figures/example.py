@@ -38,6 +38,7 @@ class Example:
         rests_on: for each object those that carry it; () is the table.
         bottoms: (N,) z.
         order: the objects in the order in which they were drawn; `None` if that is not known.
+        tops: (N,) z; `None` if they are not known.
     """
 
     outlines: tuple[np.ndarray, ...]
@@ -45,6 +46,7 @@ class Example:
     rests_on: tuple[tuple[int, ...], ...]
     bottoms: np.ndarray
     order: tuple[int, ...] | None = None
+    tops: np.ndarray | None = None
 
 
 def figure_of(example: Example, name: str, nouns: Sequence[str]) -> Figure:

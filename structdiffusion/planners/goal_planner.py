@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import torch
@@ -24,12 +24,14 @@ from structdiffusion.composition.units import Units
 from structdiffusion.observation import Scene, StructureGoal
 from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.geometric import GeometricPlanner
+from structdiffusion.postprocessing.build_order import NoOrderError
 from structdiffusion.postprocessing.physics_reranking import steadiness
 from structdiffusion.postprocessing.physics_rollout import STACKED, PhysicsRollout
 from structdiffusion.protocol.goal_keys import Grouping
 from structdiffusion.protocol.goal_semantic import bond_name
 from structdiffusion.protocol.physical_stability import Verdict
 from structdiffusion.relations.bonds import bonds_of, require_indices
+from structdiffusion.structures import structure_named
 from structdiffusion.structures.structure import LayoutError
 
 _BLOCKS = 16  # proposals for each structure of a goal of several parts
@@ -51,12 +53,14 @@ class GoalArrangement:
         aside: the objects that only make room; they end upright on the table.
         goal_from_initial: (N, 4, 4) float64, the motion of each of the scene's objects; the identity for what stays.
         scores: each in [0, 1], larger is better; "total" decides.
+        order: what is moved, in the order in which it has to be placed; () for any order with supports first.
     """
 
     moved: tuple[int, ...]
     aside: tuple[int, ...]
     goal_from_initial: np.ndarray
     scores: Mapping[str, float] = field(default_factory=dict)
+    order: tuple[int, ...] = ()
 
 
 class GoalPlanner:
@@ -228,6 +232,8 @@ class _Composer:
         rows = sorted(found, key=lambda row: (len(row[1]), -row[0].margin * row[0].quality))
         tried: list[tuple[float, GoalArrangement]] = []
         falls: list[Verdict] = []
+        if self._is_exact:
+            return self._in_order(rollout, rows)
         for number, (placement, aside) in enumerate(rows):
             enough = sum(share == 1.0 for share, _ in tried) >= _ENOUGH
             if number < _TRIED and not enough:
@@ -238,6 +244,41 @@ class _Composer:
             self._require_carried(units, falls)
         # Those that were not tried come after those that stand, and before those that fall.
         return [arrangement for _, arrangement in sorted(tried, key=lambda row: -row[0])]
+
+    @property
+    def _is_exact(self) -> bool:
+        """Return whether the goal copies an example exactly: then nothing is built that was not tried in its order."""
+        shapes = [part.shape for part in self.goal.structures if part.shape is not None]
+        return any(structure_named(shape).exact for shape in shapes)
+
+    def _in_order(self, rollout: PhysicsRollout, rows: Sequence[tuple[Placement, set[int]]]) -> list[GoalArrangement]:
+        """Return the first placements for which an order of building was found that stands at every moment.
+
+        Raises:
+            LayoutError: if there is none; the message says what falls.
+        """
+        found: list[list[GoalArrangement]] = []
+        reason = ""
+        for placement, aside in rows[:_TRIED]:
+            motions = self._motions(placement)
+            stays = [i for i in range(len(motions)) if i not in placement.motions or i in self.scene.fixed]
+            motions = rollout.set_down(motions, stays, self.goal)
+            try:
+                orders = rollout.build_orders(motions, stays)
+            except NoOrderError as error:
+                reason = reason or str(error)
+                continue
+            verdict = rollout.verdict(motions, self.goal, 0, stays, sorted(aside), self.grouping.colors, orders[0])
+            if not verdict.success:
+                reason = reason or f"the best goal does not hold in physics: {verdict.detail}"
+                continue
+            one = self._arrangement(motions, placement, aside, 1.0)
+            found.append([replace(one, order=order) for order in orders])
+            if len(found) >= _ENOUGH:
+                break
+        if not found:
+            raise LayoutError(reason)
+        return [one for number in range(max(map(len, found))) for ways in found for one in ways[number : number + 1]]
 
     def _tried(
         self, rollout: PhysicsRollout, placement: Placement, aside: set[int], falls: list[Verdict]

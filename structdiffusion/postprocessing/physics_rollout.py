@@ -17,9 +17,11 @@ import numpy as np
 from grounding.goals.goal import Goal
 from grounding.spec import StructureSpec
 from structdiffusion.completion.bodies import bodies_of_scene
+from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Scene
+from structdiffusion.postprocessing.build_order import BuildOrder
 from structdiffusion.protocol.physical_stability import Verdict, carried_after, executable_order, place_and_check
 from structdiffusion.protocol.release import Release, TabletopBodies
 from structdiffusion.simulation.world import TabletopWorld
@@ -96,6 +98,7 @@ class PhysicsRollout:
         stays: Sequence[int] = (),
         aside: Sequence[int] = (),
         colors: Sequence[str] | None = None,
+        order: tuple[int, ...] = (),
     ) -> Verdict:
         """Predict the outcome of moving the objects by (N, 4, 4), with their completed bodies.
 
@@ -106,6 +109,8 @@ class PhysicsRollout:
                 few millimetres off.
             stays: under a goal, the objects that do not move: their motion is the identity.
             aside, colors: under a goal, see `place_and_check` and `TabletopBodies`.
+            order: in which they are set down at their goals, as the arm does; by default they are released above
+                them, supports first.
         """
         models, poses, others = self.bodies
         if hypothesis:
@@ -120,9 +125,22 @@ class PhysicsRollout:
         names = [cloud.name for cloud in (*self.scene.objects, *self.scene.distractors)]
         flat = isinstance(spec, StructureSpec) and motions[:, 2, 3].max() < STACKED
         # Unstable objects fall at once: waiting for 2 s as in the protocol would double the time.
-        release = Release(until_rest=True, together=flat, far_first=True)
+        above = 0.0 if order else RELEASE_HEIGHT
+        release = Release(until_rest=True, together=flat, far_first=True, order=order, above=above)
         bodies = TabletopBodies(models, poses, self.scene.table, others, names, colors=colors)
         return place_and_check(bodies, motions, spec, aside, release)
+
+    def build_orders(self, motions: np.ndarray, stays: Sequence[int] = ()) -> list[tuple[int, ...]]:
+        """Return orders in which the objects that move (N, 4, 4) can be placed so that all stands after each.
+
+        Raises:
+            NoOrderError: if there is none.
+        """
+        models, poses, others = self.bodies
+        names = [cloud.name for cloud in self.scene.objects]
+        moved = [i for i in range(len(motions)) if i not in set(stays)]
+        there = [*others, *((models[i], poses[i]) for i in stays)]
+        return BuildOrder(models, motions @ poses, moved, names, there, self.scene.table).find()
 
     def set_down(self, motions: np.ndarray, stays: Sequence[int] = (), goal: Goal | None = None) -> np.ndarray:
         """Return the motions (N, 4, 4), with stacked objects a little above contact with the object below.

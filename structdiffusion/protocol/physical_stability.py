@@ -173,13 +173,13 @@ def place_and_check(
     models, count = bodies.models, len(bodies.models)
     if world_from_goal.shape != (count, 4, 4):
         raise ValueError(f"the motions of {count} objects are ({count}, 4, 4), got {world_from_goal.shape}")
-    order = _release_order(models, goal_from_initial, world_from_goal, spec, release.far_first)
+    order = release.order or _release_order(models, goal_from_initial, world_from_goal, spec, release.far_first)
     stays = [i for i in range(count) if i not in order]
     there = [*bodies.others, *((models[i], world_from_goal[i]) for i in stays)]
     with TabletopWorld(
         [model for model, _ in there], [pose for _, pose in there], bodies.table, ground=bodies.ground
     ) as world:
-        trial = _Trial(world, bodies, world_from_goal, stays)
+        trial = _Trial(world, bodies, world_from_goal, stays, release.above)
         checks: tuple[Check, ...] = ()
         failure: _Failure | None = None
         try:
@@ -246,9 +246,14 @@ class _Trial:
     """One run of the protocol in a world whose first objects are the distractors, then those that stay."""
 
     def __init__(
-        self, world: TabletopWorld, bodies: TabletopBodies, world_from_goal: np.ndarray, stays: Sequence[int] = ()
+        self,
+        world: TabletopWorld,
+        bodies: TabletopBodies,
+        world_from_goal: np.ndarray,
+        stays: Sequence[int] = (),
+        height: float = RELEASE_HEIGHT,
     ) -> None:
-        self.world, self.bodies, self.world_from_goal = world, bodies, world_from_goal
+        self.world, self.bodies, self.world_from_goal, self.height = world, bodies, world_from_goal, height
         models, others = bodies.models, [model for model, _ in bodies.others]
         for place, number in enumerate((*range(len(models), len(models) + len(others)), *stays)):
             if number in bodies.held:
@@ -269,7 +274,7 @@ class _Trial:
             self._add(number)
         for number in numbers:
             above = self.world_from_goal[number].copy()
-            above[2, 3] += RELEASE_HEIGHT
+            above[2, 3] += self.height
             self.world.set_pose(self.placed[number], above)
         self._run(SETTLE_SECONDS, until_rest=True)
         self.check_places()

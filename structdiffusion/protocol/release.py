@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import Table
 from structdiffusion.simulation.world import TabletopWorld
@@ -47,10 +48,14 @@ class Release:
         together: release all objects at the same time, not one after another. Objects that all stand on the table do
             not feel the difference, and there are as many times fewer steps of physics.
         far_first: of objects that are equally low, release the farthest first, as the arm builds, and not the widest.
+        order: of the objects that are released, if it is given; by default supports first.
+        above: m above its goal from which each is released.
         on_end: called with the world as it is in the end, such as to take a picture of it.
     """
 
     until_rest: bool = False
     together: bool = False
     far_first: bool = False
+    order: tuple[int, ...] = ()
+    above: float = RELEASE_HEIGHT
     on_end: Callable[[TabletopWorld], None] | None = None

@@ -8,7 +8,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError, Objects, PartReference, RelationPart, StructurePart
 from structdiffusion.relations import RELATIONS
 from structdiffusion.relations.relation import Relation
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import structure_named
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,8 @@ def _references(goal: Goal, part: RelationPart, relation: Relation, where: str) 
             raise GoalError(f"{where}: it needs {relation.references} references, got {len(members)}")
         return tuple((index,) for index in members)
     if relation.carried and len(members) > 1:
-        stacked = isinstance(part.reference, PartReference) and STRUCTURES.get(_shape(goal, part.reference) or "")
-        if not (stacked and stacked.stacks and relation.on_stacks):
+        shape = _shape(goal, part.reference) if isinstance(part.reference, PartReference) else None
+        if shape is None or not (structure_named(shape).stacks and relation.on_stacks):
             raise GoalError(f"{where}: one object has to carry the other, not {len(members)}")
     return (members,)
 

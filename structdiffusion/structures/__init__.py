@@ -25,6 +25,7 @@ from structdiffusion.structures.arc import Arc
 from structdiffusion.structures.circle import Circle
 from structdiffusion.structures.cluster import Cluster
 from structdiffusion.structures.cross import Cross
+from structdiffusion.structures.exact_copy import ExactCopy
 from structdiffusion.structures.flat_figure import FlatFigure
 from structdiffusion.structures.grid import Grid
 from structdiffusion.structures.line import Line
@@ -64,4 +65,6 @@ def structure_named(shape: str) -> Structure:
 
 @lru_cache(maxsize=256)
 def _of_figure(figure: Figure) -> Structure:
+    if figure.places:
+        return ExactCopy(figure)
     return UprightFigure(figure) if figure.blocks else FlatFigure(figure)

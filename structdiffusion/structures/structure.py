@@ -71,6 +71,7 @@ class Structure(Protocol):
         requirement: which objects suit it (`suits`), in words, for messages.
         stacks: whether objects stand on one another. Such a structure stands or falls by contact, so that its
             demonstrations are built in physics first.
+        exact: whether each object has a place to the millimetre. Then the order of building is sought in physics.
         rotation_alters_layout: whether a rotation changes the structure itself and does not only turn it, as the
             opening of a ring. Demonstrations leave it out at times, and no training example hides it.
         rotations: the rotations that a measurement can distinguish.
@@ -88,6 +89,7 @@ class Structure(Protocol):
     nouns: tuple[str, ...] | None = None
     requirement: str = STANDING
     stacks: bool = False
+    exact: bool = False
     rotation_alters_layout: bool = False
     rotations: tuple[str, ...] = ROTATIONS
     sizes: tuple[str, ...] = SIZES

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from grounding.figures.names import VARIABLE
+from grounding.figures.files import write_figure
+from grounding.figures.names import VARIABLE, figure_named
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import PartReference, RelationPart, StructurePart
@@ -82,3 +83,48 @@ def test_rates(interpreter, monkeypatch, tmp_path, half, count, right, silent):
     print(found)
     assert sum(found.values()) == count
     assert found["right"] >= right and found["wrong in silence"] <= silent and found["wrong"] <= 1, found
+
+
+@pytest.mark.parametrize(("text", "word"), [
+    ("build another city gate", "city"), ("a Roman bridge, please", "Roman"), ("make a broken heart", "broken"),
+    ("a spiral staircase out of six of the blocks", "spiral"), ("put the blocks in a Gothic arch", "Gothic"),
+    ("a big heart", ""), ("a nice little zigzag", ""),
+    ("a big gate", "'big' is not read of a gate, which has no size"),
+])  # fmt: skip
+def test_a_word_that_makes_a_figure_another_one_is_named(interpreter, monkeypatch, tmp_path, text, word):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    found = interpreter.interpret(text, [f"block {k + 1}" for k in range(11)])
+    assert word.lower() in found.message.lower() if word else (found.status, found.message) == ("ok", "")
+
+
+def test_a_size_that_the_figure_before_cannot_have_is_named(interpreter, monkeypatch, tmp_path):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    before = Goal((StructurePart("gate", objects=(0, 1, 2)),))
+    found = interpreter.interpret("a gate, but large", [f"block {k + 1}" for k in range(11)], before)
+    assert found.status != "ok" and "'large' is not read of a gate, which has no size" in found.message
+
+
+def test_a_figure_that_was_taught_has_its_name_to_itself(interpreter, monkeypatch, tmp_path):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    write_figure(replace(figure_named("gate"), name="city gate", nouns=("city gate",)), tmp_path / "city_gate.toml")
+    found = interpreter.interpret("build another city gate", [f"block {k + 1}" for k in range(11)])
+    assert [part.shape for part in found.goal.structures] == ["city gate"] and "city" not in found.message
+
+
+@pytest.mark.parametrize(("text", "relation", "shape"), [
+    ("make a letter T out of the blocks and put the mug left of it", "left of", "letter T"),
+    ("build a gate out of three blocks and put the mug behind the gate", "behind", "gate"),
+])  # fmt: skip
+def test_a_relation_to_a_figure(interpreter, monkeypatch, tmp_path, text, relation, shape):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    found = interpreter.interpret(text, [*(f"block {k + 1}" for k in range(5)), "mug"])
+    (part,) = found.goal.relations
+    assert (part.relation, part.objects, found.goal.structures[0].shape) == (relation, (5,), shape)
+
+
+def test_a_relation_to_the_figure_of_the_goal_so_far(interpreter, monkeypatch, tmp_path):
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    before = Goal((StructurePart("letter T", objects=(0, 1, 2, 3, 4)),))
+    names = [*(f"block {k + 1}" for k in range(5)), "mug"]
+    (part,) = interpreter.interpret("put the mug left of the letter T", names, before).goal.relations
+    assert (part.relation, part.objects, part.reference) == ("left of", (5,), PartReference(0))

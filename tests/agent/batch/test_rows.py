@@ -310,3 +310,24 @@ def test_no_two_rows_share_a_folder_on_a_disk_that_knows_no_case_and_no_accents(
     refused = [row for row in rows if isinstance(row, BadRow)]
     assert [row.line for row in refused] == [2, 3, 4, 6, 7, 8, 9, 10]
     assert refused[0].message == 'line 2: the id "A" is already that of line 1; each must be unique'
+
+
+def test_a_row_names_its_example(read, tmp_path):
+    (tmp_path / "gate.toml").write_text("")
+    other, own = read(b'{"text": "a line"}\n{"text": "the same", "like": "gate.toml", "exact": true}')
+    assert (other.options.example, other.options.exact) == (None, False)
+    assert (own.options.example, own.options.exact) == (tmp_path / "gate.toml", True)
+    (tmp_path / "gate.toml").write_text("another")
+    assert read(b'{"text": "the same", "like": "gate.toml", "exact": true}')[0].fingerprint != own.fingerprint
+    assert read(b'{"text": "a line"}')[0].fingerprint == other.fingerprint
+
+
+@pytest.mark.parametrize(("row", "message"), [
+    ('{"text": "the same", "like": "none.yaml"}', 'like cannot be "none.yaml"; legal: an existing file or'),
+    ('{"text": "the same", "like": 3}', "like must be a string, got 3"),
+    ('{"text": "the same", "exact": true}', "exact copies an example; name it with like"),
+    ('{"text": "the same", "like": ".", "parser": "llm"}', "like is read without a language model"),
+])  # fmt: skip
+def test_a_row_with_a_wrong_example_is_told(read, row, message):
+    (bad,) = read(row.encode())
+    assert message in bad.message

@@ -6,6 +6,9 @@ from agent import events
 from agent.chat.teaching import name_taught, with_structure_before
 from agent.errors import UsageError
 from agent.figures.taught import taught_names
+from agent.runtime.output_ownership import OwnFolder
+from grounding.figures.figure import FigureError
+from grounding.figures.files import write_figure
 from grounding.figures.names import VARIABLE, figure_named
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
@@ -29,6 +32,8 @@ def test_the_structure_before_stands_in_its_own_noun():
     assert with_structure_before("a bit bigger", goal) == "a bit bigger"
     with pytest.raises(UsageError, match="there is no structure before"):
         with_structure_before("like the one before", Goal())
+    said = "one like the last one"
+    assert with_structure_before(said, Goal(), "like x.toml") == said  # the example is meant
 
 
 def test_a_proposal_gets_a_name_and_can_be_asked_for_by_it(cache, conversation, sent, told, tmp_path, monkeypatch):
@@ -57,3 +62,20 @@ def test_a_conversation_about_a_figure(conversation, tmp_path, monkeypatch):
     assert [part.shape for part in conversation.situation.goal.structures] == ["hook"]
     assert not conversation.say("write HELLO with the cups")
     assert [part.shape for part in conversation.situation.goal.structures] == ["hook"]
+
+
+def test_an_example_is_shown_and_copied_in_a_conversation(conversation, tmp_path, monkeypatch):
+    """Read by the networks that users have."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "none"))
+    write_figure(figure_named("letter L"), tmp_path / "corner.toml")
+    name = conversation.show_example(tmp_path / "corner.toml", False, OwnFolder(tmp_path / "chat", "chat")).name
+    assert conversation.say("the same with everything")
+    assert [part.shape for part in conversation.situation.goal.structures] == [name]
+    assert conversation.say("now a line")
+    assert [part.shape for part in conversation.situation.goal.structures] == ["line"]
+    assert conversation.say("now the example with everything")
+    assert [part.shape for part in conversation.situation.goal.structures] == [name]
+    with pytest.raises(UsageError, match="/parser cannot be llm here"):
+        conversation.read_with("llm")
+    with pytest.raises(FigureError, match="is a drawing without poses"):
+        conversation.show_example(tmp_path / "corner.toml", True, OwnFolder(tmp_path / "chat", "chat"))

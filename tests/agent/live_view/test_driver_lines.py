@@ -87,7 +87,15 @@ def test_a_page_cannot_end_the_chat(lines, line):
 
 
 @pytest.mark.parametrize(
-    "line", ["/save desk.yaml", "/load /etc/passwd", "/report page.html", "/SAVE x.yaml", "/sav x.yaml"]
+    "line",
+    [
+        "/save desk.yaml",
+        "/load /etc/passwd",
+        "/example /etc/passwd",
+        "/report page.html",
+        "/SAVE x.yaml",
+        "/sav x.yaml",
+    ],
 )
 def test_files_are_for_pages_of_this_machine(line):
     assert "is only for pages on the machine" in DriverLines(files=False).actions["line"]({"line": line})

@@ -2,7 +2,9 @@
 
 import pytest
 
-from grounding.propose.figure_mentions import like_mentions, mentions_of
+from grounding.propose.example_words import like_mentions
+from grounding.propose.figure_mentions import mentions_of
+from grounding.propose.qualifiers import qualified
 from grounding.resolve.attributes import SceneObject
 
 TOYS = [SceneObject(name) for name in ("star", "heart", "cube 1", "cube 2", "cup B", "toy house")]
@@ -54,3 +56,41 @@ def test_the_figure_of_the_goal_so_far_is_meant_by_its_name():
 ])  # fmt: skip
 def test_words_for_an_example(text, words):
     assert [text[one.first : one.end] for one in like_mentions(text, "like x")] == ([words] if words else [])
+
+
+@pytest.mark.parametrize(("text", "words", "shape"), [
+    ("build another city gate", ("city",), "gate"), ("a Roman bridge", ("Roman",), "bridge"),
+    ("build Roman bridges", ("Roman",), "bridge"),
+    ("a spiral staircase out of the blocks", ("spiral",), "stairs"), ("a broken heart", ("broken",), "heart"),
+    ("a Gothic arch on the left", ("Gothic",), "arc"), ("an old stone bridge, please", ("old", "stone"), "bridge"),
+    ("a nice medieval little castle", ("medieval",), "castle"), ("a Greek letter T", ("Greek",), "letter T"),
+    ("a lucky 7 out of the cubes", ("lucky",), "digit 7"), ("London's bridge", ("London's",), "bridge"),
+    ("a tall gate", ("tall",), "gate"),
+    ("Roman bridge, please", ("Roman",), "bridge"),
+])  # fmt: skip
+def test_what_qualifies_a_figure_is_found(text, words, shape):
+    (found,) = qualified(text, TOYS, mentions_of(text, TOYS))
+    assert (found.words, found.shape) == (words, shape)
+    assert found.size == ("little" if "little" in text else "")
+
+
+@pytest.mark.parametrize("text", [
+    "a big heart", "a nice little house", "a Christmas tree", "a brick wall of boxes", "make a fancy T",
+    "a five-pointed star", "a cube heart", "create hearts", "heart-shaped, please", "put the cups in a neat circle",
+    "write HI with the blocks", "a crescent moon of cups", "the cups in a small star on the left",
+])  # fmt: skip
+def test_sizes_praise_and_names_of_objects_qualify_nothing(text):
+    assert [one for one in qualified(text, TOYS, mentions_of(text, TOYS)) if one.words] == []
+
+
+@pytest.mark.parametrize(("text", "follows", "words"), [
+    ("the same with the cups", False, "the same"), ("one like this", False, "one like this"),
+    ("put it on the left", False, ""),
+    ("the same with the cups", True, ""), ("another one like the example", True, "another one like the example"),
+    ("build the example with the cups", True, "the example"),
+    ("a copy of the example, but large", True, "a copy of the example"),
+    ("for example, a line", True, ""),
+])  # fmt: skip
+def test_in_a_conversation_only_clear_words_are_about_the_example(text, follows, words):
+    found = like_mentions(text, "like x", always=False, follows=follows)
+    assert [text[one.first : one.end] for one in found] == ([words] if words else [])
