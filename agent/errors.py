@@ -16,6 +16,8 @@ EXECUTION_FAILED = 5
 BAD_INPUT = 6
 NOT_VERIFIED = 7
 PARTLY_DONE = 8
+EXECUTED = 9  # by an arm, and not verified
+ROBOT_REFUSED = 10
 INTERRUPTED = 130
 ENDED_FROM_OUTSIDE = (INTERRUPTED, 143, 129)  # by Ctrl-C, SIGTERM, or SIGHUP: 128 and the number of the signal
 
@@ -52,6 +54,22 @@ class PartlyDone(AgentError):
     """What stands was built with some of the objects that were asked for, because the others could not take part."""
 
     exit_code = PARTLY_DONE
+
+
+class ExecutedUnverified(AgentError):
+    """An arm carried out every motion, and nobody has looked whether anything stands."""
+
+    exit_code = EXECUTED
+
+
+class RobotRefused(AgentError):
+    """Nothing was moved: an arm cannot be reached, is not as planned, or the motion was not approved."""
+
+    exit_code = ROBOT_REFUSED
+
+
+class RobotStopped(ExecutionFailed):
+    """An arm was stopped on the way; nothing moves again without a new approval."""
 
 
 class BadInput(AgentError):

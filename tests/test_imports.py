@@ -57,7 +57,7 @@ LAYERS = (
     ("agent.model_cards",),
     ("agent.runtime",),
     ("agent.diagnostics", "agent.recordings"),
-    ("agent.perception",),
+    ("agent.perception", "agent.robots"),
     ("agent.scenes", "agent.training"),
     ("agent.pipeline", "agent.reporting"),
     ("agent.figures",),

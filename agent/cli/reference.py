@@ -58,6 +58,8 @@ _EXIT_CODES = """\
 | 6 | bad input: a file, folder or setting that cannot be used |
 | 7 | a network differs from its model card (`structagent models verify`) |
 | 8 | built with only some of the requested objects, because the others could not take part |
+| 9 | an arm (`--robot`) carried out every motion; what stands there was not verified |
+| 10 | an arm (`--robot`) was not moved: it cannot be reached, is not as planned, or nobody approved |
 | 130 | interrupted: Ctrl-C, at any moment; a second one does not wait for the end of the first |
 | 143, 129 | ended by SIGTERM; the terminal was closed (SIGHUP) |
 

@@ -40,6 +40,7 @@ from agent.cli.options import (
     print_error,
     recorded_options,
 )
+from agent.cli.robot import ApproveOption, ArmOption, RobotOption, robot_options
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
 from agent.runtime.output_ownership import OwnFolder, claim_folder
@@ -55,6 +56,7 @@ from agent.runtime.terminal_text import console_on
 from agent.runtime.termination import Terminated
 
 if TYPE_CHECKING:
+    from agent.pipeline.real_arm import RobotOptions
     from agent.pipeline.run import RunOptions
     from agent.scenes.table_scene import TableScene
     from grounding.figures.figure import Figure
@@ -111,6 +113,9 @@ def run(
             "folder. Repeatable.",
         ),
     ] = None,
+    robot: RobotOption = None,
+    arm: ArmOption = None,
+    approve: ApproveOption = False,
 ) -> None:
     """Carry out one instruction.
 
@@ -144,6 +149,7 @@ def run(
 
         for path in trajectories:
             check_export(path)
+    real = robot_options(robot, arm, approve, execute, hold.value, disturb)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     options = RunOptions(
         scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, disturbance
@@ -154,7 +160,7 @@ def run(
 
             example = keep_example(like, exact, OwnFolder(folder, "run"))
             options = replace(options, reading=replace(reading, like=example))
-        outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view)
+        outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view, real)
     if outcome["exit_code"] != DONE:
         print_error(outcome["message"])
         raise typer.Exit(outcome["exit_code"])
@@ -182,6 +188,7 @@ def _carry_out(
     trajectories: list[Path],
     as_json: bool,
     view: bool = False,
+    robot: RobotOptions | None = None,
 ) -> dict[str, Any]:
     """Carry out an instruction, print its progress and write its report; return the outcome of the report."""
     from agent.event_base import Listener, send
@@ -211,7 +218,7 @@ def _carry_out(
             steps = on_step if watching else None
             cache = ResourceCache(OwnFolder(folder, "run"))
             accepts = partial(_is_accepted, options.reading.accept_drawings)
-            for event in run_instruction(text, options, cache, steps, trajectories, on_table, accepts):
+            for event in run_instruction(text, options, cache, steps, trajectories, on_table, accepts, robot):
                 send(event, listeners)
         except Terminated as ended:
             record.on_event(Failed("run", ended.reason, int(ended.code or 0)))

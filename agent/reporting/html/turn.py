@@ -9,7 +9,7 @@ from functools import cached_property
 from html import escape
 from typing import Any
 
-from agent.errors import DONE, ENDED_FROM_OUTSIDE, NOT_BUILDABLE, PARTLY_DONE
+from agent.errors import DONE, ENDED_FROM_OUTSIDE, EXECUTED, NOT_BUILDABLE, PARTLY_DONE, ROBOT_REFUSED
 from agent.rendering.image_files import FILM
 from agent.rendering.object_markers import markers_of_scene
 from agent.rendering.text import number, place, slot_label
@@ -74,6 +74,10 @@ class Turn:
             return "quiet", "Refused"
         if code == PARTLY_DONE and report["verdict"] is not None:
             return "quiet", "Partly built" if report["verdict"]["how"] == "arm" else "Valid for some of the objects"
+        if code == EXECUTED:
+            return "quiet", "Executed, not verified"
+        if code == ROBOT_REFUSED:
+            return "bad", "The arm was not moved"
         if code not in (None, DONE):
             return "bad", "Not built"
         if any(remark["kind"] == "interjected" and remark["outcome"] == "changed" for remark in report["remarks"]):

@@ -1,0 +1,103 @@
+"""Define the options of a real arm, parse them, and ask whether it may move."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Annotated
+from urllib.parse import urlsplit
+
+import typer
+
+from agent.errors import RobotRefused, UsageError
+from grounding.parse_result import shortened
+
+if TYPE_CHECKING:
+    from agent.pipeline.real_arm import RobotOptions
+
+JACO, SCHEME, PORT = "jaco", "rosbridge", 9090
+YES = ("y", "yes")
+_LEGAL = f"--robot cannot be {{}}; legal: {SCHEME}://HOST:PORT, or simulation"
+
+RobotOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Arm that carries out what the simulation has built, after you agree: rosbridge://HOST:PORT, or "
+        "simulation for a second table in physics. Needs the extra `robot`.",
+    ),
+]
+ArmOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Arm behind --robot: jaco, or jaco:NAME if its driver (kinova-ros) calls it otherwise than the recording "
+        "or the model. [default: jaco]",
+    ),
+]
+ApproveOption = Annotated[
+    bool, typer.Option("--approve", help="Let the arm behind --robot move without asking. Needed where no terminal is.")
+]
+
+
+def robot_options(
+    robot: str | None, arm: str | None, approve: bool, execute: bool, hold: str, disturb: str | None
+) -> RobotOptions | None:
+    """Return the arm that a run asks for; `None` without `--robot`.
+
+    Raises:
+        UsageError: for an address or a name that is not legal, and for options that do not go together.
+        RobotRefused: if nobody could be asked.
+    """
+    if robot is None:
+        if arm is not None or approve:
+            raise UsageError(f"{'--approve' if approve else '--arm'} is for an arm, and there is no --robot")
+        return None
+    from agent.pipeline.real_arm import SIMULATION, RobotOptions
+
+    for wrong, told in (
+        (not execute, "--robot needs motions, and --no-execute makes none"),
+        (hold != "friction", "--robot holds by friction, and --hold weld plans with another hand"),
+        (disturb is not None, "--robot carries out one plan, and --disturb changes it on the way"),
+    ):
+        if wrong:
+            raise UsageError(f"{told}; leave out one of them")
+    name = _arm_name(arm)
+    address = SIMULATION if robot == SIMULATION else _address(robot)
+    if not approve and (sys.stdin is None or not sys.stdin.isatty()):
+        raise RobotRefused(
+            "the arm moves only after approval, and there is no terminal in which to ask; --approve approves beforehand"
+        )
+    return RobotOptions(address, _told if approve else _asked, name)
+
+
+def _address(robot: str) -> str:
+    try:
+        parts = urlsplit(robot)
+        host, port = parts.hostname, parts.port or PORT
+    except ValueError as error:
+        raise UsageError(f"{_LEGAL.format(repr(shortened(robot)))} ({error})") from error
+    rest = (parts.username, parts.path.strip("/"), parts.query, parts.fragment)
+    if parts.scheme != SCHEME or not host or any(rest):
+        raise UsageError(_LEGAL.format(repr(shortened(robot))))
+    return f"ws://{f'[{host}]' if ':' in host else host}:{port}"
+
+
+def _arm_name(arm: str | None) -> str | None:
+    kind, _, name = (arm or JACO).partition(":")
+    if kind != JACO or (":" in (arm or "") and not name.replace("_", "").isalnum()):
+        raise UsageError(
+            f"--arm cannot be {shortened(arm or '')!r}; legal: jaco, or jaco:NAME with a name of ROS: motions are "
+            "planned for the Jaco alone"
+        )
+    return name or None
+
+
+def _told(question: str) -> bool:
+    print(question, file=sys.stderr)
+    return True
+
+
+def _asked(question: str) -> bool:
+    """Ask in the terminal; anything but a yes is a no."""
+    print(f"{question}\nMove the arm now? [y/N] ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip().lower() in YES

@@ -1,0 +1,148 @@
+"""An arm carries out what the twin has built only as planned and approved, and never claims that anything stands."""
+
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from agent.arm.events import Noticed, PickFailed
+from agent.arm.kinematics import JacoArm
+from agent.errors import EXECUTED, ROBOT_REFUSED, ExecutedUnverified, ExecutionFailed, RobotRefused, RobotStopped
+from agent.pipeline.real_arm import RealArm, RobotOptions
+from agent.recordings.trajectory_export import Motion
+from agent.robots.interfaces import KinovaRos
+from agent.robots.limits import JointLimits
+from structdiffusion.geometry import pose_from_xyz_yaw
+from structdiffusion.observation import Table
+from structdiffusion.simulation.world import TabletopWorld
+from tests.agent.robots.conftest import MODEL, PATIENT, way
+from tests.agent.robots.rosbridge_server import StandInArm, running
+
+NAME = "left"
+
+
+class Log:
+    """A log of the twin with one motion there and one back."""
+
+    def motions(self, model):
+        there, fingers = way(0.6), np.full((11, 3), 0.2)
+        ways = (("reach cup 1", there.positions), ("fold", there.positions[::-1]))
+        return [
+            Motion(name, 0.6 * k, there.times, joints, fingers, np.concatenate((joints, fingers), axis=1))
+            for k, (name, joints) in enumerate(ways)
+        ]
+
+
+class TwinTable(SimpleNamespace):
+    """A table on which the twin has moved one cup."""
+
+    def poses(self):
+        self.looks += 1
+        return {"cup 1": pose_from_xyz_yaw(0.4, 0.1 if self.looks == 1 else -0.2, 0.0, 0.0)}
+
+    def moved_since(self, poses):
+        return ("cup 1",)
+
+
+@pytest.fixture
+def table():
+    world = TabletopWorld((), np.zeros((0, 4, 4)), Table())
+    yield TwinTable(
+        arm=JacoArm(world.client), world=world, prefix="j2s7s300_", notes=("its table is level",), missing={}, looks=0
+    )
+    world.close()
+
+
+@pytest.fixture
+def cell():
+    """The arm, its server and its address."""
+    limits = JointLimits.of_jaco(MODEL, f"{NAME}_")
+    arm = StandInArm(limits.names, MODEL.folded, limits.fingers)
+    with running(KinovaRos(NAME), arm) as (server, address):
+        yield arm, server, address
+
+
+def carried_out(table, address, answer, asked=None):
+    """Return the remarks of a run up to its end, and the error that ends it."""
+    remarks = []
+
+    def approved(question):
+        if asked is not None:
+            asked.append(question)
+        return answer
+
+    with RealArm(RobotOptions(address, approved, NAME, PATIENT), table, nullcontext) as arm:
+        try:
+            for work in (arm.connect(), arm.carry_out(Log())):
+                remarks += (each.message for each in work)
+        except Exception as error:
+            return remarks, error
+    raise AssertionError("a run with an arm ends with an error: it is not verified")
+
+
+def test_an_approved_run_ends_as_executed_and_not_verified(table, cell):
+    arm, server, address = cell
+    asked = []
+    remarks, error = carried_out(table, address, True, asked)
+    assert isinstance(error, ExecutedUnverified) and error.exit_code == EXECUTED
+    assert "all 2 motions; not verified" in str(error)
+    assert remarks[-2:] == ["the arm, 1 of 2: reach cup 1", "the arm, 2 of 2: fold"]
+    (question,) = asked
+    assert "cup 1 from (0.40, 0.10) to (0.40, -0.20) m" in question and "2 motions in about 1 s" in question
+    assert "Assumed: its table is level" in question
+    assert arm.goals == 2
+
+
+def test_without_approval_nothing_moves(table, cell):
+    arm, server, address = cell
+    _, error = carried_out(table, address, False)
+    assert isinstance(error, RobotRefused) and error.exit_code == ROBOT_REFUSED and "nobody approved" in str(error)
+    assert not arm.goals and not arm.moved
+
+
+def test_another_start_is_refused_before_anything_is_planned(table, cell):
+    arm, server, address = cell
+    arm.positions[arm.names[1]] = 3.0
+    remarks, error = carried_out(table, address, True)
+    assert isinstance(error, RobotRefused) and "left_joint_2 stands at 3.000 rad, planned: 3.930 rad" in str(error)
+    assert not remarks and not arm.goals
+
+
+def test_an_arm_that_was_moved_while_the_question_stood_is_refused(table, cell):
+    arm, server, address = cell
+
+    def moved_meanwhile(question):
+        arm.positions[arm.names[1]] = 3.0
+        seen = len(server.seen)
+        while real._robot.state()[0][1] > 3.5:
+            real._robot._link.wait(0.02)
+        return len(server.seen) == seen
+
+    with RealArm(RobotOptions(address, moved_meanwhile, NAME, PATIENT), table, nullcontext) as real:
+        list(real.connect())
+        with pytest.raises(RobotRefused, match="left_joint_2 stands at 3.000 rad"):
+            list(real.carry_out(Log()))
+    assert not arm.goals
+
+
+def test_a_stop_on_the_way_ends_the_run(table, cell):
+    arm, server, address = cell
+    arm.fault = "fails"
+    _, error = carried_out(table, address, True)
+    assert isinstance(error, RobotStopped) and str(error).startswith("reach cup 1: stopped")
+    assert arm.goals == 1 and arm.cancels
+
+
+@pytest.mark.parametrize(
+    ("event", "said"),
+    (
+        (PickFailed(0, "cup 1", "across", 1, "it slipped"), "cup 1: it slipped"),
+        (Noticed(0, "cup 1", "moved", "was moved", "place again"), "cup 1 was moved"),
+    ),
+)
+def test_a_rehearsal_that_went_otherwise_moves_no_arm(table, event, said):
+    arm = RealArm(RobotOptions("ws://127.0.0.1:9", lambda question: True), table, nullcontext)
+    with pytest.raises(ExecutionFailed, match=f"the arm was not moved: .*{said}"):
+        list(arm.rehearsal(iter((event,))))
+    assert list(arm.rehearsal(iter(("planned",)))) == ["planned"]
