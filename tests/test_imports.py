@@ -61,6 +61,7 @@ LAYERS = (
     ("agent.scenes", "agent.training"),
     ("agent.pipeline", "agent.reporting"),
     ("agent.figures",),
+    ("agent.environment", "agent.export"),
     ("agent.batch", "agent.chat"),
     ("agent.evaluation",),
     ("agent.live_view", "agent.mcp"),
@@ -68,7 +69,7 @@ LAYERS = (
     ("agent.__main__",),
     # The public interface: agent/public/structagent.
     ("structagent.errors",),
-    ("structagent.arguments", "structagent.engine"),
+    ("structagent.arguments", "structagent.engine", "structagent.gym"),
     ("structagent.clouds",),
     ("structagent.scenes",),
     ("structagent.instructions",),

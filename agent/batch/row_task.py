@@ -29,6 +29,7 @@ from agent.errors import DEFECT, defect_sentence, exit_code_of, one_sentence
 from agent.figures.examples import keep_example
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions, run_instruction
+from agent.reporting.build_recording import BuildRecorder
 from agent.reporting.run_report import RunRecord
 from agent.reporting.session_log import run_session
 from agent.runtime.output_ownership import OwnFolder
@@ -61,9 +62,13 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
     try:
         with run_session(folder, {"id": row.id, "line": row.line, **asdict(options)}) as session:
             record = RunRecord(session)
-            for event in run_instruction(row.text, options, cache):
+            recorder = BuildRecorder() if options.record else None
+            on_step = recorder.on_physics_step if recorder is not None else None
+            for event in run_instruction(row.text, options, cache, on_step):
                 record.on_event(event)
         page = record.write(folder) if record.saw_something else None
+        if recorder is not None:
+            recorder.write(folder, record.report)
     except Exception as error:  # the other rows continue, whatever it is
         code = exit_code_of(error)
         if code is not None:

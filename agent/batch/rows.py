@@ -296,6 +296,8 @@ def fingerprint(text: str, options: RunOptions) -> str:
         del decides["example"], decides["exact"]
     elif options.example.is_file():
         decides["example"] = hashlib.sha256(options.example.read_bytes()).hexdigest()
+    if not options.record:  # likewise
+        del decides["record"]
     del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():

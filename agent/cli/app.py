@@ -18,6 +18,7 @@ from agent.cli.chat import chat
 from agent.cli.config import ConfiguredGroup, config_app
 from agent.cli.doctor import doctor
 from agent.cli.evaluate.app import evaluate_app
+from agent.cli.export import export_app
 from agent.cli.generate import generate
 from agent.cli.mcp import mcp
 from agent.cli.models import models_app
@@ -56,6 +57,7 @@ app.add_typer(evaluate_app, name="evaluate")
 app.add_typer(scene_app, name="scene")
 app.add_typer(config_app, name="config")
 app.add_typer(bag_app, name="bag")
+app.add_typer(export_app, name="export")
 app.add_typer(models_app, name="models")
 app.add_typer(structures_app, name="structures")
 app.command("chat")(chat)

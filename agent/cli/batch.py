@@ -12,6 +12,7 @@ import typer
 from agent.cli.config import reading_options
 from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
+    RECORD_NEEDS_ARM,
     AcceptDrawingsOption,
     AtOption,
     CallOption,
@@ -29,6 +30,7 @@ from agent.cli.options import (
     Parsers,
     PoolOption,
     RayOption,
+    RecordOption,
     SceneOption,
     SeedOption,
     TopicOption,
@@ -39,6 +41,7 @@ from agent.cli.options import (
     print_error,
     recorded_options,
 )
+from agent.errors import UsageError
 from agent.runtime.stdio import results_stream
 
 
@@ -76,6 +79,7 @@ def batch(
     hold: HoldOption = Hold.friction,
     like: LikeOption = None,
     exact: ExactOption = False,
+    record: RecordOption = False,
     retry: Annotated[bool, typer.Option("--retry", help="Repeat rows that failed before.")] = False,
 ) -> None:
     """Carry out many instructions from a file.
@@ -111,24 +115,15 @@ def batch(
     from agent.pipeline.run import RunOptions
 
     check_example(like, exact, parser.value)
+    if record and not execute:
+        raise UsageError(RECORD_NEEDS_ARM)
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     reading = replace(reading, accept_drawings=accept_drawings)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     defaults = RunOptions(
-        scene,
-        objects,
-        model,
-        weights,
-        seed,
-        execute,
-        reading,
-        recorded,
-        allow_unverified,
-        hold.value,
-        None,
-        like,
-        exact,
-    )
+        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, None, like,
+        exact, record,
+    )  # fmt: skip
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry, force)
         if json_output:

@@ -131,6 +131,15 @@ AcceptDrawingsOption = Annotated[
         "--accept-drawings", help="Build what the language model draws where no figure has the name, unasked."
     ),
 ]
+RECORD_NEEDS_ARM = "--record needs the arm, and --no-execute does not use it; leave out one of them"
+RecordOption = Annotated[
+    bool,
+    typer.Option(
+        "--record",
+        help="Record the camera, the joints, the fingers and their commands ten times a second while the arm builds, "
+        "to recording.npz beside the report; `structagent export` reads it.",
+    ),
+]
 _SOURCES = ("points", "depth", "depth_info", "color", "joints")  # that a recording is read from
 PoolOption = Annotated[
     int | None,

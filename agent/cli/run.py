@@ -15,6 +15,7 @@ import typer
 from agent.cli.config import reading_options
 from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
+    RECORD_NEEDS_ARM,
     AcceptDrawingsOption,
     AtOption,
     CallOption,
@@ -30,6 +31,7 @@ from agent.cli.options import (
     ObjectsOption,
     ParserOption,
     Parsers,
+    RecordOption,
     SceneOption,
     SeedOption,
     TopicOption,
@@ -87,6 +89,7 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="File for a recording for the Rerun viewer (needs the extra `viz`)."),
     ] = None,
+    record: RecordOption = False,
     view: ViewOption = False,
     at: AtOption = None,
     topic: TopicOption = None,
@@ -142,6 +145,8 @@ def run(
     reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
     reading = replace(reading, accept_drawings=accept_drawings)
     trajectories = export_trajectory or []
+    if record and not execute:
+        raise UsageError(RECORD_NEEDS_ARM)
     if trajectories and not execute:
         raise UsageError("--export-trajectory needs the arm, and --no-execute does not use it; leave out one of them")
     if trajectories:
@@ -152,8 +157,9 @@ def run(
     real = robot_options(robot, arm, approve, execute, hold.value, disturb)
     recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     options = RunOptions(
-        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, disturbance
-    )
+        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, disturbance,
+        record=record,
+    )  # fmt: skip
     with folder_or_new(out, f"seed{seed}") as folder:
         if like is not None:
             from agent.figures.examples import keep_example
@@ -195,6 +201,7 @@ def _carry_out(
     from agent.events import Failed
     from agent.pipeline.resources import ResourceCache
     from agent.pipeline.run import run_instruction
+    from agent.reporting.build_recording import BuildRecorder
     from agent.reporting.rerun_log import RerunLog
     from agent.reporting.run_report import RunRecord
     from agent.reporting.session_log import run_session
@@ -206,8 +213,9 @@ def _carry_out(
         log = open_files.enter_context(RerunLog(rerun)) if rerun is not None else None
         viewer = open_files.enter_context(view_beside(view))
         terminal = TerminalReport(console_on(sys.stderr if as_json else results))
-        watching = [one for one in (log, viewer) if one is not None]
-        listeners: list[Listener] = [record, terminal, *watching]
+        recorder = BuildRecorder() if options.record else None
+        listeners: list[Listener] = [record, terminal, *(one for one in (log, viewer) if one is not None)]
+        watching = [one for one in (log, viewer, recorder) if one is not None]
 
         def on_step(table: TableScene) -> None:
             for one in watching:
@@ -228,6 +236,8 @@ def _carry_out(
             raise
         finally:
             page = record.write(folder) if record.saw_something else None
+            if recorder is not None:
+                recorder.write(folder, record.report)
             if as_json:
                 print(record.json(), file=results)
             if page is not None:

@@ -70,6 +70,7 @@ class RunOptions:
         disturb: what disturbs the build; `None` for nothing.
         example: the file that instructions speak of as "the same"; the figure that it shows is `reading.like`.
         exact: whether its places are copied to the millimetre.
+        record: whether the build is recorded, by whoever listens to it.
     """
 
     scene: str = "simulated"
@@ -85,6 +86,7 @@ class RunOptions:
     disturb: Disturbance | None = None
     example: Path | None = None
     exact: bool = False
+    record: bool = False
 
 
 def run_instruction(

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import typer
 
 from agent.cli.evaluate.components import ON_SCENES, coverage, discriminators, evaluate_on_scenes, picks, segmentation
+from agent.cli.evaluate.environment import environment
 from agent.cli.evaluate.figures import figures
 from agent.cli.evaluate.goals import goals
 from agent.cli.evaluate.language import language, parse
@@ -32,7 +33,7 @@ def _add(*commands: Callable[..., None]) -> None:
         evaluate_app.command(command.__name__)(command)
 
 
-_add(success, goals, figures, arm, loop, steering, picks, recordings, segmentation)
+_add(success, goals, figures, arm, loop, steering, environment, picks, recordings, segmentation)
 for _name, _help in ON_SCENES.items():
     evaluate_app.command(_name, help=_help)(evaluate_on_scenes)
 _add(parse, language, discriminators, coverage, chat)

@@ -1,0 +1,1 @@
+"""Offer building as an environment for learning agents; an episode is a scene of the benchmark."""

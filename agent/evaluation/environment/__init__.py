@@ -1,0 +1,1 @@
+"""Measure baselines in the environment for learning agents: `structagent evaluate environment`."""

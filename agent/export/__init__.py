@@ -1,0 +1,1 @@
+"""Export recorded runs as data sets in formats of others."""
