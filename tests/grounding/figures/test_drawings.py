@@ -41,7 +41,7 @@ def test_names_of_drawings_are_found_and_left_out():
 
 
 @pytest.mark.parametrize(("drawing", "why"), [
-    ({}, "one of strokes, pattern and blocks"),
+    ({}, "one of strokes, pattern, blocks and places"),
     (None, "drawing cannot be None; legal: an object"),
     ({"strokes": [[[0, 0], [1, math.nan]]], "least": 2}, "strokes cannot have nan; legal: finite numbers"),
     ({"strokes": [[[0, 0], [1, 1e9]]], "least": 2}, "strokes cannot have 1e[+]09; legal: -1000 to 1000"),
@@ -59,7 +59,7 @@ def test_names_of_drawings_are_found_and_left_out():
     ({"blocks": [{"x": k, "level": 0} for k in range(25)]}, "25 blocks; legal: up to 24"),
     ({"blocks": [{"x": 0, "level": 0}, {"x": 99, "level": 0}]}, "x 99 and width 1; legal: up to 24"),
     ({"blocks": [{"x": 0, "level": 0, "depth": 2}]}, "blocks cannot have"),
-    ({"blocks": [{"x": 0, "level": 0}], "strokes": [[[0, 0], [1, 1]]]}, "one of strokes, pattern and blocks"),
+    ({"blocks": [{"x": 0, "level": 0}], "strokes": [[[0, 0], [1, 1]]]}, "one of strokes, pattern, blocks and places"),
     ({"pattern": ["x"], "least": 2}, "unknown key 'pattern' of a drawing; legal keys: strokes, blocks, least"),
 ])  # fmt: skip
 def test_what_is_no_drawing_is_named(drawing, why):
