@@ -64,7 +64,7 @@ def table_view(model: Mapping[str, Any]) -> str:
         '<button type="button" class="play" aria-label="play" hidden>▶</button>'
         '<input type="range" min="0" value="0" aria-label="candidate or step"><output></output></div>'
         f'<script type="application/json">{data}</script>'
-        f"<figcaption>Drag to turn; press it, then the wheel, + and - move nearer and away.{robot}"
+        f"<figcaption>Drag to turn the view. Click it, then zoom with the wheel or with + and -.{robot}"
         "</figcaption></figure>\n</section>"
     )
 
