@@ -27,7 +27,7 @@ ROW = Row(4, "mine", "stack the cans", RunOptions(seed=3), "00ff")
     ],
 )  # fmt: skip
 def test_an_error_that_ends_the_run(error, code, step, message, tmp_path, monkeypatch):
-    def run(text, options, cache):
+    def run(text, options, cache, on_step):
         yield events.Started(text, {})
         raise error
 
@@ -46,7 +46,7 @@ def test_a_row_is_carried_out_with_the_figure_of_its_example(tmp_path, monkeypat
     write_figure(figure_named("gate"), tmp_path / "gate.toml")
     seen = []
 
-    def run(text, options, cache):
+    def run(text, options, cache, on_step):
         seen.append(options)
         yield events.Started(text, {})
         yield events.Finished(False, 4, 0.1)

@@ -331,7 +331,7 @@ def test_again_proposes_what_looks_different(conversation, sent, wish):
 
 
 def test_a_wish_that_no_arrangement_was_good_enough_for_can_be_tried_again(conversation, sent, monkeypatch):
-    def none(arrangements):
+    def none(*_):
         raise NoValidGoal("none of them is good enough")
 
     with monkeypatch.context() as patched:

@@ -39,6 +39,7 @@ def words(program, *line: str) -> list[str]:
                 "arm",
                 "loop",
                 "steering",
+                "environment",
                 "picks",
                 "recordings",
                 "segmentation",

@@ -30,6 +30,7 @@ class Found:
     goal_from_initial: np.ndarray
     scores: dict[str, float]
     aside: tuple[int, ...] = ()
+    order: tuple[int, ...] = ()
 
 
 class Given:

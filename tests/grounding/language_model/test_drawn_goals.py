@@ -85,7 +85,7 @@ def test_what_was_accepted_is_known_by_its_name(read):
     (drawn("sailboat", {"strokes": [[[k, k % 2] for k in range(500)]], "least": 9}), "of 500 points; legal: up to 12"),
     (drawn("sailboat", {"strokes": [[[1, 1]]], "least": 1}), "strokes of one point show nothing"),
     (drawn("sailboat", {"blocks": [{"x": 0, "level": 0}, {"x": 3, "level": 1}]}), "level 1 stands on nothing"),
-    (drawn("sailboat", {"strokes": None, "blocks": None, "least": None}), "one of strokes, pattern and blocks"),
+    (drawn("sailboat", {"strokes": None, "blocks": None, "least": None}), "one of strokes, pattern, blocks and places"),
     (drawn("sailboat", SAILBOAT, objects=[0, 1, 2]), "a sailboat needs 7 or more objects, and can 1, .* are only 3"),
     (drawn("sailboat", SAILBOAT, gap=0.1, **CANS), "a sailboat takes no gap"),
     (drawn("gate", SAILBOAT), "'gate' is 'gate' already, .* or leave out the drawing"),

@@ -43,6 +43,8 @@ def test_a_gate_is_built_and_its_row_is_kept(tmp_path, capsys, in_this_process):
         "gate",
         "--scenes",
         "1",
+        "--seed",
+        "1",
     ]
     options += ["--method", "name", "--out", str(tmp_path)]
     assert command_line(options) == 0
