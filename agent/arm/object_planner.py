@@ -338,10 +338,10 @@ class ObjectPlanner:
         """Return a motion with an object (V, 3) in the hand, if possible level and with room around it."""
         from_middle = held - held.mean(axis=0)
         away = from_middle / np.maximum(np.linalg.norm(from_middle, axis=1, keepdims=True), 1e-9)
-        level = [level_path(self.kinematics, start, goal, rise) for rise in RISES]
         for room in (ROOM, 0.0):
             self.scene.hold(held + room * away)
-            for path in level:
+            for rise in RISES:
+                path = level_path(self.kinematics, start, goal, rise)
                 if path is not None and not self.scene.path_collides(path):
                     return path
             path = self.scene.plan(start, goal)

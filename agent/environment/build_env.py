@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from agent.arm.kinematics import HOLDS
 from agent.environment.episode import MODES, Episode, Move, Outcome, Seen
 from agent.errors import UsageError
 from grounding.corpus.grammar import sentences
@@ -25,6 +26,7 @@ MOST_OBJECTS = 12  # no scene of the benchmark has more
 MOST_BYTES = 128  # of an instruction
 HIGHEST = 0.5  # m, of a place to put something on
 NONE, STAYS, TAKES_PART = range(3)  # what an object of the observation is
+_RENDER_MODES = ("rgb_array",)
 _REACH = 2.0  # m around the origin, in which everything is that is seen
 
 
@@ -51,7 +53,7 @@ class BuildEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         ObjectError: for objects that cannot be loaded.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 1}
+    metadata = {"render_modes": list(_RENDER_MODES), "render_fps": 1}
 
     def __init__(
         self,
@@ -67,8 +69,8 @@ class BuildEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
             ("a structure", structures or (None,), SHAPES),
             ("observation", (observation,), OBSERVATIONS),
             ("mode", (mode,), MODES),
-            ("hold", (hold,), ("friction", "weld")),
-            ("render_mode", (render_mode,), (None, "rgb_array")),
+            ("hold", (hold,), HOLDS),
+            ("render_mode", (render_mode,), (None, *_RENDER_MODES)),
         )
         for name, values, legal in checked:
             for value in values:

@@ -113,12 +113,14 @@ class BuildRecorder:
             **self._arm,
         }
         keys = ("joints", "fingers", "commanded_joints", "commanded_fingers")
-        columns = {key: np.stack(rows) for key, rows in zip(keys, zip(*self._rows, strict=True), strict=True)}
+        columns: dict[str, Any] = {
+            key: np.stack(rows) for key, rows in zip(keys, zip(*self._rows, strict=True), strict=True)
+        }
         columns["about"] = np.array(json.dumps(about))
         columns["pictures"] = np.frombuffer(b"".join(self._pictures), np.uint8)
         columns["ends"] = np.cumsum([len(picture) for picture in self._pictures])
         buffer = io.BytesIO()
-        np.savez(buffer, allow_pickle=False, **columns)
+        np.savez(buffer, **columns)
         try:
             return OwnFolder(folder, "run").write(RECORDING, buffer.getvalue())
         except OSError as error:
