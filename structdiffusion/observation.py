@@ -63,6 +63,13 @@ class ObjectCloud:
         """Return the mean point (3,): the position of the initial pose of paper section IV, whose rotation is zero."""
         return self.points.mean(axis=0)
 
+    def on_the_table(self) -> ObjectCloud:
+        """Return the cloud as if the object stood on the table: lowered straight down."""
+        if self.bottom == 0.0:
+            return self
+        points = self.points - np.array([0.0, 0.0, self.bottom], dtype=self.points.dtype)
+        return replace(self, points=points, bottom=0.0)
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -87,20 +94,11 @@ class Scene:
     fixed: tuple[int, ...] = ()
 
     def on_the_table(self) -> Scene:
-        """Return the scene as if everything stood on the table: objects that stand on something are lowered straight
-        down.
-        """
-
-        def lowered(cloud: ObjectCloud) -> ObjectCloud:
-            if cloud.bottom == 0.0:
-                return cloud
-            points = cloud.points - np.array([0.0, 0.0, cloud.bottom], dtype=cloud.points.dtype)
-            return replace(cloud, points=points, bottom=0.0)
-
+        """Return the scene as if everything stood on the table."""
         return replace(
             self,
-            objects=tuple(lowered(cloud) for cloud in self.objects),
-            distractors=tuple(lowered(cloud) for cloud in self.distractors),
+            objects=tuple(cloud.on_the_table() for cloud in self.objects),
+            distractors=tuple(cloud.on_the_table() for cloud in self.distractors),
         )
 
     def select(self, indices: Sequence[int]) -> Scene:

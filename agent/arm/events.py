@@ -128,7 +128,7 @@ class Noticed(ArmEvent):
     Attributes:
         object: its index, or `None` for something that takes no part, or belongs to no known object.
         name: its name; "something" where nothing known looks like it.
-        what: "moved", "gone", "appeared", "fallen", "blocked", "in the way" or "not in the hand".
+        what: "moved", "gone", "appeared", "fallen", "blocked", "in the way", "not in the hand" or "off".
         detail: in words that follow the name.
         action: "go on", "place again", "take down", "set aside", "lay out anew", "leave out" or "end".
     """

@@ -121,7 +121,11 @@ class _Builder:
                 return
             if not agenda and not self.work.is_unfinished():
                 self.eyes.look({})  # once more: anybody may have come by since the last picture
-                if not (yield from self._compare({}, "the arm was done")):
+                changed = yield from self._compare({}, "the arm was done")
+                if not changed and not self.work.is_unfinished():
+                    if missed := self.work.missed():
+                        detail = f"stands, but not as asked: {'; '.join(missed)}"
+                        yield Noticed(None, "what was built", "off", detail, "end")
                     return
             # Where there was no plan for all, what cannot be put where it should is told, one after the other.
             stale = not agenda or (agenda[0].plan is not None and self.work.support_is_off(agenda[0]))

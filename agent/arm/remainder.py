@@ -43,6 +43,11 @@ class Replanner(Protocol):
         have the identity as motion, those that stay their present one.
         """
 
+    def missed(self, remainder: Remainder) -> Sequence[str]:
+        """Say which checks of the goal fail where things are, as far as was seen, and would hold where the last
+        arrangement has them.
+        """
+
 
 # Asked where the hand is empty and the arm is folded, with a function that describes what is left: whether the build
 # ends there. It may wait.

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from agent.arm.clearing import Obstruction, obstructions
-from agent.arm.eyes import Eyes, is_among
+from agent.arm.eyes import STILL, Eyes, is_among
 from agent.arm.grasps import Grasp
 from agent.arm.monitor import NOTICEABLE, Change
 from agent.arm.placement_order import bottom_at, precedence
 from agent.arm.placement_rules import moving
-from agent.arm.remainder import Replanner
+from agent.arm.remainder import Remainder, Replanner
 from agent.arm.standing_watch import StandingWatch, standing_at
 from agent.arm.task_planner import Search
 from structdiffusion.evaluation_protocol import MAX_TILT
@@ -120,12 +121,15 @@ class WorkLeft:
     def _not_done(self) -> set[int]:
         """Return the objects that have to be moved: those that are not done, and what rests on them at the goal.
 
-        What stands, only farther off than it should, is moved when all else is done, or before anything is put onto it.
+        What stands, only farther off than it should, is moved when all else is done, or before anything is put onto it;
+        what is off by less, if a check of the goal fails by it.
         """
         every = range(self._eyes.count)
         bases = {below for i, below in enumerate(self.stands_on) if i in self._moves and i not in self.watch}
         found = {index for index in every if not self._is_done(index, PUSHED if index in bases else math.inf)}
         found = found or {index for index in every if not self._is_done(index, PUSHED)}
+        if not found and self.missed():
+            found = {index for index in every if not self._is_done(index, STILL)}
         while more := {i for i, below in enumerate(self.stands_on) if below in found and i in self.watch} - found:
             found |= more
         return found - self._left_out - self._eyes.gone
@@ -133,6 +137,34 @@ class WorkLeft:
     def is_unfinished(self) -> bool:
         """Return whether any object has to be moved still."""
         return bool(self._not_done())
+
+    def remainder(self) -> Remainder:
+        """Return what is left of the build, as far as the camera knows."""
+        not_done = self._not_done()
+        left = self._left()
+        standing = frozenset(i for i in left if i not in not_done and (i in self.watch or i not in self._moves))
+        return self._remainder(left, self._eyes.motions, standing)
+
+    def missed(self) -> Sequence[str]:
+        """Say which checks of the goal fail where things were measured last, though all that was to move stands."""
+        left = self._left()
+        stands = all(i in self.watch and not self.watch.trouble(i) for i in self._moves.intersection(left))
+        if self._replanner is None or not stands:
+            return ()
+        return self._replanner.missed(self._remainder(left, self._eyes.measured, frozenset(left)))
+
+    def _left(self) -> tuple[int, ...]:
+        """Return the objects that are on the table and not left out."""
+        return tuple(i for i in range(self._eyes.count) if i not in self._eyes.gone | self._left_out)
+
+    def _remainder(self, left: tuple[int, ...], motions: Sequence[np.ndarray], standing: frozenset[int]) -> Remainder:
+        eyes, count = self._eyes, self._eyes.count
+        seen = eyes.scene_now()
+        in_the_way = (seen.objects[i] for i in range(count) if i not in left and i not in eyes.gone)
+        others = (*seen.distractors, *in_the_way)
+        return Remainder(
+            eyes.scene, others, left, np.array(motions[:count]), np.asarray(self.goal_from_initial), standing
+        )
 
     def goals_left(self) -> list[np.ndarray]:
         """Return the clouds (P, 3) of the objects that have to be moved still, at their goals."""

@@ -14,15 +14,15 @@ import numpy as np
 
 from agent.arm.clearing import Obstruction, plan_aside
 from agent.arm.events import ArmEvent, Noticed, PlanFailed, Planned
-from agent.arm.eyes import Eyes
+from agent.arm.eyes import STILL, Eyes
 from agent.arm.grasps import Grasp
 from agent.arm.object_planner import ObjectPlan, alike
 from agent.arm.placement_order import bottom_at
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
-from agent.arm.remainder import Remainder, Replanner
+from agent.arm.remainder import Replanner
 from agent.arm.standing_watch import standing_at
 from agent.arm.task_planner import Search
-from agent.arm.work_left import MOST_PLACEMENTS, PUSHED, WorkLeft
+from agent.arm.work_left import MOST_PLACEMENTS, WorkLeft
 from structdiffusion.footprints import stands_above
 from structdiffusion.observation import Arrangement
 
@@ -84,7 +84,8 @@ class WorkPlanner(WorkLeft):
 
     def _is_missing(self, index: int) -> bool:
         """Return whether an object that is to be moved is not in its place."""
-        return index in self._moves and not (index in self.watch and not self.watch.trouble(index))
+        in_place = index in self.watch and index not in self._aside and not self.watch.trouble(index)
+        return index in self._moves and not in_place
 
     def remember_failed(self, index: int, grasp: Grasp) -> None:
         """Take it that a grasp failed on an object where it is known to be, and that similar ones would."""
@@ -188,7 +189,7 @@ class WorkPlanner(WorkLeft):
             if index in self.watch and index not in self._aside:
                 way = standing_at(self._eyes, index, self.goal(index), self.support(index))
                 self._why[index] = (
-                    f"stood {100 * way.displacement:.1f} cm from its goal" if way.displacement > PUSHED
+                    f"stood {100 * way.displacement:.1f} cm from its goal" if way.displacement > STILL
                     else "did not stand" if not way.stands else "stood on what had to be moved"
                 )  # fmt: skip
 
@@ -209,17 +210,6 @@ class WorkPlanner(WorkLeft):
                 next(found)
             except StopIteration as end:
                 return [] if end.value is None else end.value[1]
-
-    def remainder(self) -> Remainder:
-        """Return what is left of the build, as far as the camera knows."""
-        eyes, count, not_done = self._eyes, self._eyes.count, self._not_done()
-        left = tuple(i for i in range(count) if i not in eyes.gone | self._left_out)
-        standing = frozenset(i for i in left if i not in not_done and (i in self.watch or i not in self._moves))
-        seen = eyes.scene_now()
-        in_the_way = (seen.objects[i] for i in range(count) if i not in left and i not in eyes.gone)
-        others = (*seen.distractors, *in_the_way)
-        now = np.array(eyes.motions[:count])
-        return Remainder(eyes.scene, others, left, now, np.asarray(self.goal_from_initial), standing)
 
     def _lay_out_anew(self) -> Generator[ArmEvent, None, list[Step] | None]:
         """Ask for other arrangements, and return the steps of the first that can be built, or `None`."""

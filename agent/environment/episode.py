@@ -233,7 +233,7 @@ class Episode:
         if off and failure not in (ABNORMAL, NOT_UPRIGHT):
             failure = ABNORMAL
         wrong = next((check for check in checks if not check.passed), None)
-        detail = f"{wrong.name}: {wrong.measured:.3g}, allowed {wrong.limit}" if wrong else "everything stands as asked"
+        detail = wrong.sentence if wrong else "everything stands as asked"
         fallen = any(world.pose(index)[2, 3] < FALLEN for index in range(len(goals)))
         lost = fallen if self.mode == "arm" else failure in (ABNORMAL, NOT_UPRIGHT)
         return Outcome(failure, detail, checks, failure is None or lost, refused)

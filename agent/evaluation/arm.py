@@ -201,7 +201,7 @@ class _Anew(StructureLayouts):
 def _verdict(world: TabletopWorld, scene: EvaluationScene, arrangement: Arrangement, initial: np.ndarray) -> Row:
     """Check the arm's result against the arrangement that it built; takes initial poses (N, 4, 4)."""
     failure, checks = judge_built(world, range(len(initial)), arrangement.goal_from_initial @ initial, scene.spec)
-    failed = [f"{c.name}: {c.measured:.3g}, allowed {c.limit}" for c in checks if not c.passed]
+    failed = [c.sentence for c in checks if not c.passed]
     return {"stands": failure is None, "failure": failure, "failed_checks": failed}
 
 

@@ -70,6 +70,10 @@ class BuildProgress:
         self._ranks += range(max(self._ranks) + 1, max(self._ranks) + 1 + len(proposed))
         return proposed
 
+    def missed(self, remainder: Remainder) -> Sequence[str]:
+        """Say which checks of the goal fail where things are, as far as was seen."""
+        return () if self.replanner is None else self.replanner.missed(remainder)
+
     def _follow(self, event: Event) -> None:
         """Keep count of what was placed and stands."""
         match event:

@@ -180,7 +180,7 @@ def _judge(
     yield progress.pictured(LAST_PICTURE, last)
     detail = "everything stands as asked"
     if failed := next((check for check in checks if not check.passed), None):
-        why = progress.fallen or f"{failed.name}: {failed.measured:.3g}, allowed {failed.limit}"
+        why = progress.fallen or failed.sentence
         standing = next(check for check in checks if check.name == STANDING)
         detail = why if standing.passed else f"{standing.measured:g} of {standing.limit} objects stand as placed: {why}"
     count = table.count - len(gone)

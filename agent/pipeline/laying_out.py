@@ -19,6 +19,7 @@ from agent import events
 from agent.arm.placement_order import bottom_at
 from agent.arm.remainder import Remainder, Replanner
 from agent.errors import NotBuildable, NoValidGoal
+from agent.pipeline.seen_checks import missed_by_goal, missed_by_structure
 from agent.pipeline.table_goal import TableGoal
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
@@ -72,6 +73,10 @@ class StructureLayouts:
     def concerns(self, name: str) -> bool:
         """Return false: a structure is built without regard to what stays."""
         return False
+
+    def missed(self, remainder: Remainder) -> list[str]:
+        """Say which checks of the structure fail where its objects are, and would hold where they were to go."""
+        return missed_by_structure(remainder, self._spec)
 
     def lay_out(self, remainder: Remainder, members: Collection[int] | None = None) -> list[Arrangement]:
         """Propose arrangements for what is left, those first that move the fewest of the objects that stand.
@@ -250,6 +255,10 @@ class GoalLayouts:
         return [
             _of_all(motions, remainder, scores) for _, motions, scores in sorted(rows, key=lambda row: row[0])[:MOST]
         ]
+
+    def missed(self, remainder: Remainder) -> list[str]:
+        """Say which checks of the goal fail where its objects are, and would hold where they were to go."""
+        return missed_by_goal(remainder, self._wanted)
 
     def _one_structure(self, remainder: Remainder, goal: TableGoal) -> list[Arrangement]:
         """Lay out the one structure that is left of a goal, around everything else."""

@@ -239,7 +239,7 @@ def _semantic_failure(checks: Sequence[Check]) -> _Failure | None:
     first = next((check for check in checks if not check.passed), None)
     if first is None:
         return None
-    return _Failure("semantic", None, f"{first.name}: {first.measured:.3g}, allowed {first.limit}")
+    return _Failure("semantic", None, first.sentence)
 
 
 class _Trial:

@@ -28,6 +28,11 @@ class Check:
     measured: float
     limit: str
 
+    @property
+    def sentence(self) -> str:
+        """Return what was measured and what is allowed: "gap off the mean gap (m): 0.0212, allowed <= 0.015"."""
+        return f"{self.name}: {self.measured:.3g}, allowed {self.limit}"
+
 
 def count_check(bodies: Sequence[PlacedBody], shape: str, least: int) -> Check:
     """Check that at least `least` objects take part."""

@@ -61,8 +61,6 @@ def build_goal_scene(
         if row["planned"] and placed.issuperset(moved):
             initial = scene.world_from_initial[touched]
             failure, checks = judge_goal(world, names, moved, (motions @ initial)[moved], wanted)
-            failed = [
-                f"{check.name}: {check.measured:.3g}, allowed {check.limit}" for check in checks if not check.passed
-            ]
+            failed = [check.sentence for check in checks if not check.passed]
             row |= {"stands": failure is None, "failure": failure, "failed_checks": failed}
     return row | {"seconds": round(time.perf_counter() - started, 1)}

@@ -56,7 +56,7 @@ def failed_checks(
             aside=[place[index] for index in left if index in moved and index not in named],
             colors=None if scene.colors is None else [scene.colors[index] for index in left],
         )
-        failed += [f"{check.name}: {check.measured:.3g}, allowed {check.limit}" for check in checks if not check.passed]
+        failed += [check.sentence for check in checks if not check.passed]
     return failed
 
 

@@ -10,6 +10,11 @@ from agent.arm.executor import build_structure
 from agent.arm.handling import BLOCKED
 from agent.arm.interference import keep_away
 from agent.arm.kinematics import JacoArm
+from agent.errors import NotBuildable
+from agent.pipeline.laying_out import GoalLayouts
+from agent.pipeline.table_goal import TableGoal
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.observation import Arrangement
@@ -19,10 +24,14 @@ AWAY = pose_from_xyz_yaw(0.0, 0.0, -20.0, 0.0)
 ROW = [(0.4, -0.3, 0.3), (0.4, -0.1, 0.0), (0.35, 0.1, 0.0)]
 
 
+def nobody(scene, goal):
+    raise NotBuildable("nothing else can be laid out")
+
+
 class Build:
     """One build of some objects; `disturb(build, event)` is called for every event."""
 
-    def __init__(self, kinds, goals, disturb=None, hold="weld", blind=False, spare=None):
+    def __init__(self, kinds, goals, disturb=None, hold="weld", blind=False, spare=None, goal=None):
         models = [procedural_object(kind, index) for index, kind in enumerate(kinds)]
         start = [pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in ROW[: len(kinds)]]
         self.goals = np.array([pose_from_xyz_yaw(x, y, z, yaw) for (x, y, z), (_, _, yaw) in zip(goals, ROW)])
@@ -40,7 +49,9 @@ class Build:
             if blind:
                 noise = np.random.default_rng(1)
                 self.world.pose = lambda index: pose_from_xyz_yaw(*noise.uniform(-1.0, 1.0, 3), noise.uniform(-3, 3))
-            listeners = BuildListeners(on_step=lambda: self.lose(disturb))
+            names = tuple(cloud.name for cloud in scene.objects)
+            replanner = goal and GoalLayouts(TableGoal(goal, names, initial), nobody)
+            listeners = BuildListeners(on_step=lambda: self.lose(disturb), replanner=replanner)
             for event in build_structure(
                 self.world, self.arm, scene, [arrangement], rng=np.random.default_rng(0), listeners=listeners
             ):
@@ -105,6 +116,38 @@ def test_what_was_pushed_from_its_place_is_placed_again():
     assert noticed.detail.startswith("was moved by 5.") or noticed.detail.startswith("was moved by 4.")
     assert [event.object for event in build.of(Placed)].count(first.object) == 2 and len(build.of(Placed)) == 4
     assert build.off.max() < 0.03
+
+
+LONG_LINE = Goal((StructurePart("line", objects=(0, 1, 2), length=0.4),))
+
+
+def drawn_apart(times):
+    """Return what moves both ends of the line outwards by 1.2 cm, each too little to be noticed, so many times."""
+
+    def disturb(build, event):
+        placed = build.of(Placed)
+        if placed and event is placed[-1] and 3 <= len(placed) < 3 + times:
+            for index, y in ((0, -0.212), (2, 0.212)):
+                build.world.set_pose(index, pose_from_xyz_yaw(0.55, y, 0.0, build.goals[index][1, 0]))
+
+    return disturb
+
+
+def test_what_is_a_little_off_is_placed_again_where_the_goal_fails_by_it():
+    """The line is to be 40 cm long: 42.4 cm are too much, and nothing else tells."""
+    build = Build(THREE, FLAT, drawn_apart(1), goal=LONG_LINE)
+    assert not build.of(Noticed) and len(build.of(Placed)) >= 4
+    assert all(event.again.startswith("stood 1.") for event in build.of(Placed)[3:])
+    assert abs(build.ends[2][1, 3] - build.ends[0][1, 3] - 0.4) < 0.01
+    plain = Build(THREE, FLAT, drawn_apart(1), goal=Goal((StructurePart("line", objects=(0, 1, 2)),)))
+    assert len(plain.of(Placed)) == 3  # any length is right
+
+
+def test_what_stays_otherwise_than_asked_is_told():
+    build = Build(THREE, FLAT, drawn_apart(9), goal=LONG_LINE)
+    noticed = build.of(Noticed)[-1]
+    assert (noticed.object, noticed.what, noticed.action) == (None, "off", "end")
+    assert noticed.detail.startswith("stands, but not as asked: length off 0.4 (m): 0.02")
 
 
 def test_what_waits_is_taken_from_where_it_was_pushed():

@@ -8,7 +8,8 @@ import pytest
 from agent.arm.eyes import Eyes
 from agent.arm.kinematics import JacoArm
 from agent.arm.placement_rules import PlacementRules
-from agent.arm.work_left import LARGEST_CORRECTION, WorkLeft
+from agent.arm.work_left import LARGEST_CORRECTION
+from agent.arm.work_planner import Step, WorkPlanner
 from structdiffusion.completion.surface import completed_scene
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
@@ -29,7 +30,7 @@ def stack():
         motions = goals @ np.linalg.inv(np.array(world.poses()))
         scene = world.observe(np.random.default_rng(0))
         eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
-        work = WorkLeft(eyes, SimpleNamespace(rules=PlacementRules()), [Arrangement(motions)], 0, None)
+        work = WorkPlanner(eyes, SimpleNamespace(rules=PlacementRules()), [Arrangement(motions)], 0, None)
 
         def put(x, y):
             world.set_pose(0, pose_from_xyz_yaw(GOAL[0] + x, GOAL[1] + y, 0.0, 0.0))
@@ -56,3 +57,11 @@ def test_what_stands_too_far_off_is_placed_again_before_anything_is_put_onto_it(
     work, _, put = stack
     put(0.0, off)
     assert work._not_done() == left
+
+
+def test_nothing_is_put_onto_what_was_only_set_aside(stack):
+    work, _, put = stack
+    put(0.0, 0.0)
+    assert work.missing_support(Step(1)) == ""
+    work.count_placement(0, aside=True, uprighted=False)
+    assert work.missing_support(Step(1)).endswith("on which it was to stand, is not in place")
