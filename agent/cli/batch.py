@@ -9,42 +9,23 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.config import reading_options
+from agent.cli.arguments import RunArguments, with_arguments
 from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
     RECORD_NEEDS_ARM,
     AcceptDrawingsOption,
-    AtOption,
-    CallOption,
-    CameraPoseOption,
-    DepthUnitOption,
     ForceOutOption,
-    Hold,
-    HoldOption,
     JsonOption,
-    LLMModelOption,
-    LLMUrlOption,
-    ModelOption,
-    ObjectsOption,
-    ParserOption,
-    Parsers,
     PoolOption,
     RayOption,
     RecordOption,
-    SceneOption,
-    SeedOption,
-    TopicOption,
-    UnverifiedOption,
-    Viewpoint,
-    ViewpointOption,
-    WeightsOption,
     print_error,
-    recorded_options,
 )
 from agent.errors import UsageError
 from agent.runtime.stdio import results_stream
 
 
+@with_arguments
 def batch(
     ctx: typer.Context,
     file: Annotated[
@@ -53,30 +34,15 @@ def batch(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for results and reports; finished rows in it are kept.")
     ],
+    arguments: RunArguments,
     force: ForceOutOption = False,
-    scene: SceneOption = "simulated",
-    objects: ObjectsOption = "ycb",
-    model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    seed: SeedOption = 0,
     workers: PoolOption = None,
     ray: RayOption = None,
     json_output: JsonOption = False,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
     accept_drawings: AcceptDrawingsOption = False,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or stop at the goals.")
     ] = True,
-    at: AtOption = None,
-    topic: TopicOption = None,
-    camera_pose: CameraPoseOption = None,
-    depth_unit: DepthUnitOption = None,
-    call: CallOption = None,
-    allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.friction,
     like: LikeOption = None,
     exact: ExactOption = False,
     record: RecordOption = False,
@@ -112,18 +78,12 @@ def batch(
     Example: structagent batch orders.jsonl --out out/orders --workers 4
     """
     from agent.batch.run import run_batch
-    from agent.pipeline.run import RunOptions
 
-    check_example(like, exact, parser.value)
+    check_example(like, exact, arguments.reading.parser)
     if record and not execute:
         raise UsageError(RECORD_NEEDS_ARM)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
-    reading = replace(reading, accept_drawings=accept_drawings)
-    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
-    defaults = RunOptions(
-        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, None, like,
-        exact, record,
-    )  # fmt: skip
+    defaults = arguments.options(ctx, execute=execute, example=like, exact=exact, record=record)
+    defaults = replace(defaults, reading=replace(defaults.reading, accept_drawings=accept_drawings))
     with results_stream() as results:
         summary = run_batch(file, out, defaults, workers, ray, retry, force)
         if json_output:

@@ -9,30 +9,10 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.config import reading_options
+from agent.cli.arguments import RunArguments, with_arguments
 from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
-    AtOption,
-    CallOption,
-    CameraPoseOption,
-    DepthUnitOption,
     ForceOutOption,
-    Hold,
-    HoldOption,
-    LLMModelOption,
-    LLMUrlOption,
-    ModelOption,
-    ObjectsOption,
-    ParserOption,
-    Parsers,
-    SceneOption,
-    SeedOption,
-    TopicOption,
-    UnverifiedOption,
-    Viewpoint,
-    ViewpointOption,
-    WeightsOption,
-    recorded_options,
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import UsageError
@@ -44,33 +24,19 @@ from agent.runtime.terminal_text import console_on
 _GREETING = "Setting the table ..."
 
 
+@with_arguments
 def chat(
     ctx: typer.Context,
-    scene: SceneOption = "simulated",
-    objects: ObjectsOption = "ycb",
-    model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    seed: SeedOption = 0,
+    arguments: RunArguments,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the session; by default out/TIME-chat.")
     ] = None,
     force: ForceOutOption = False,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
     ] = True,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Build the best arrangement without asking.")] = False,
     view: ViewOption = False,
-    at: AtOption = None,
-    topic: TopicOption = None,
-    camera_pose: CameraPoseOption = None,
-    depth_unit: DepthUnitOption = None,
-    call: CallOption = None,
-    allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.friction,
     like: LikeOption = None,
     exact: ExactOption = False,
 ) -> None:
@@ -82,9 +48,8 @@ def chat(
     Example: structagent chat --scene desk.yaml
     """
     claim_folder(out, "chat", force)
-    check_example(like, exact, parser.value)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
-    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
+    check_example(like, exact, arguments.reading.parser)
+    arguments.recorded()  # a wrong option is told before anything is made
     if sys.stdin is None:
         raise UsageError("chat needs standard input, which is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop
@@ -93,28 +58,13 @@ def chat(
         console.print(_GREETING, style="dim", highlight=False)  # before the imports below, which take seconds
         import_pybullet_silently()
         from agent.chat.run import run_chat
-        from agent.pipeline.run import RunOptions
 
-        options = RunOptions(
-            scene,
-            objects,
-            model,
-            weights,
-            seed,
-            execute,
-            reading,
-            recorded,
-            allow_unverified,
-            hold.value,
-            None,
-            like,
-            exact,
-        )
+        options = arguments.options(ctx, execute=execute, example=like, exact=exact)
         if like is not None:
             from agent.figures.examples import keep_example
 
             example = keep_example(like, exact, OwnFolder(folder, "chat"))
-            options = replace(options, reading=replace(reading, like=example, like_always=False))
+            options = replace(options, reading=replace(options.reading, like=example, like_always=False))
         session = folder / "session.jsonl"
         code = run_chat(options, console, session, sys.stdin, yes, viewer)
     print(f"session: {session}", file=sys.stderr)

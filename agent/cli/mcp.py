@@ -12,29 +12,9 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.config import reading_options
+from agent.cli.arguments import RunArguments, with_arguments
 from agent.cli.options import (
-    AtOption,
-    CallOption,
-    CameraPoseOption,
-    DepthUnitOption,
     ForceOutOption,
-    Hold,
-    HoldOption,
-    LLMModelOption,
-    LLMUrlOption,
-    ModelOption,
-    ObjectsOption,
-    ParserOption,
-    Parsers,
-    SceneOption,
-    SeedOption,
-    TopicOption,
-    UnverifiedOption,
-    Viewpoint,
-    ViewpointOption,
-    WeightsOption,
-    recorded_options,
 )
 from agent.errors import UsageError
 from agent.runtime.output_ownership import claim_folder
@@ -50,13 +30,10 @@ class Transport(StrEnum):
     http = "http"
 
 
+@with_arguments
 def mcp(
     ctx: typer.Context,
-    scene: SceneOption = "simulated",
-    objects: ObjectsOption = "ycb",
-    model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    seed: SeedOption = 0,
+    arguments: RunArguments,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -64,10 +41,6 @@ def mcp(
         ),
     ] = None,
     force: ForceOutOption = False,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
     transport: Annotated[
         Transport,
         typer.Option(
@@ -95,13 +68,6 @@ def mcp(
         Path | None,
         typer.Option(metavar="FILE", help="Audit log, a JSON line for every call; by default DIR/audit.jsonl."),
     ] = None,
-    at: AtOption = None,
-    topic: TopicOption = None,
-    camera_pose: CameraPoseOption = None,
-    depth_unit: DepthUnitOption = None,
-    call: CallOption = None,
-    allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.friction,
 ) -> None:
     """Serve one table to programs and language models by the Model Context Protocol.
 
@@ -116,17 +82,14 @@ def mcp(
         raise UsageError("--host, --port and --allow-host need --transport http")
     folder = out or _default_folder()
     claim_folder(folder, "chat", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
-    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
+    import_pybullet_silently()
+    options = arguments.options(ctx)
     if find_spec("mcp") is None:
         raise UsageError(
             "structagent mcp needs the package mcp, and it is not installed; pip install 'structagent[mcp]' does it"
         )
-    import_pybullet_silently()
     from agent.mcp.serving import Address, serve
-    from agent.pipeline.run import RunOptions
 
-    options = RunOptions(scene, objects, model, weights, seed, True, reading, recorded, allow_unverified, hold.value)
     address = Address(host, port, tuple(allow_host or ()), os.environ.get(TOKEN_VARIABLE) or None)
     serve(
         options,

@@ -10,16 +10,8 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
 
-from agent.cli.config import reading_options
-from agent.cli.options import (
-    LLMModelOption,
-    LLMUrlOption,
-    ParserOption,
-    Parsers,
-    Viewpoint,
-    ViewpointOption,
-    print_error,
-)
+from agent.cli.arguments import ReadingArguments, with_arguments
+from agent.cli.options import print_error
 from agent.errors import DEFECT, NOT_BUILDABLE, BadInput, UsageError
 from agent.rendering.text import number, slot_label
 from agent.runtime.stdio import (
@@ -42,20 +34,19 @@ if TYPE_CHECKING:
 AT_ONCE = 128
 
 
+@with_arguments
 def parse(
     ctx: typer.Context,
     texts: Annotated[
         list[str] | None,
         typer.Argument(metavar="TEXT", help="Instructions; by default the lines of standard input."),
     ] = None,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
+    *,
+    reading: ReadingArguments,
     objects: Annotated[
         str | None,
         typer.Option(metavar="NAMES", help='Names of the objects on the table, such as "mug,bowl,plate,fork".'),
     ] = None,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object per line.")] = False,
 ) -> None:
     """Parse instructions into the five slots, or the parts of a goal.
@@ -72,7 +63,7 @@ def parse(
     names = None if objects is None else [name.strip() for name in objects.split(",") if name.strip()]
     if names == []:
         raise UsageError(f'--objects must name objects, such as "mug,bowl,plate", and {objects!r} names none')
-    options = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
+    options = reading.options(ctx)
     with results_stream() as results:
         count, refused, defects = parse_instructions(given, options, names, json_output, results, print_error)
     if not count:

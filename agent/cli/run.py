@@ -12,35 +12,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from agent.cli.config import reading_options
+from agent.cli.arguments import RunArguments, with_arguments
 from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
     RECORD_NEEDS_ARM,
     AcceptDrawingsOption,
-    AtOption,
-    CallOption,
-    CameraPoseOption,
-    DepthUnitOption,
     ForceOutOption,
-    Hold,
-    HoldOption,
     JsonOption,
-    LLMModelOption,
-    LLMUrlOption,
-    ModelOption,
-    ObjectsOption,
-    ParserOption,
-    Parsers,
     RecordOption,
-    SceneOption,
-    SeedOption,
-    TopicOption,
-    UnverifiedOption,
-    Viewpoint,
-    ViewpointOption,
-    WeightsOption,
     print_error,
-    recorded_options,
 )
 from agent.cli.robot import ApproveOption, ArmOption, RobotOption, robot_options
 from agent.cli.serve import ViewOption, view_beside
@@ -64,23 +44,16 @@ if TYPE_CHECKING:
     from grounding.figures.figure import Figure
 
 
+@with_arguments
 def run(
     ctx: typer.Context,
     text: Annotated[str, typer.Argument(metavar="TEXT", help="Instruction.", show_default=False)],
-    scene: SceneOption = "simulated",
-    objects: ObjectsOption = "ycb",
-    model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    seed: SeedOption = 0,
+    arguments: RunArguments,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the report; by default out/TIME-seedSEED.")
     ] = None,
     force: ForceOutOption = False,
     json_output: JsonOption = False,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
     accept_drawings: AcceptDrawingsOption = False,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build the structure with the arm, or stop at the goal.")
@@ -91,13 +64,6 @@ def run(
     ] = None,
     record: RecordOption = False,
     view: ViewOption = False,
-    at: AtOption = None,
-    topic: TopicOption = None,
-    camera_pose: CameraPoseOption = None,
-    depth_unit: DepthUnitOption = None,
-    call: CallOption = None,
-    allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.friction,
     disturb: Annotated[
         str | None,
         typer.Option(
@@ -128,8 +94,6 @@ def run(
     Example: structagent run "put the cups in a small circle on the left" --seed 3 --out out/cups
     """
     import_pybullet_silently()
-    from agent.pipeline.run import RunOptions
-
     replaced, text = text, as_text(text)
     if text.count(NO_TEXT) > replaced.count(NO_TEXT):
         raise BadInput(f"the instruction {text!r} has a byte that is not UTF-8 text, shown as {NO_TEXT}")
@@ -139,11 +103,9 @@ def run(
         from agent.pipeline.disturbance import check_disturbance
 
         disturbance = Disturbance.parse(disturb)
-        check_disturbance(disturbance, scene, execute)
+        check_disturbance(disturbance, arguments.scene, execute)
     claim_folder(out, "run", force)
-    check_example(like, exact, parser.value)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
-    reading = replace(reading, accept_drawings=accept_drawings)
+    check_example(like, exact, arguments.reading.parser)
     trajectories = export_trajectory or []
     if record and not execute:
         raise UsageError(RECORD_NEEDS_ARM)
@@ -154,18 +116,15 @@ def run(
 
         for path in trajectories:
             check_export(path)
-    real = robot_options(robot, arm, approve, execute, hold.value, disturb)
-    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
-    options = RunOptions(
-        scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value, disturbance,
-        record=record,
-    )  # fmt: skip
-    with folder_or_new(out, f"seed{seed}") as folder:
+    real = robot_options(robot, arm, approve, execute, arguments.hold, disturb)
+    options = arguments.options(ctx, execute=execute, disturb=disturbance, record=record)
+    options = replace(options, reading=replace(options.reading, accept_drawings=accept_drawings))
+    with folder_or_new(out, f"seed{arguments.seed}") as folder:
         if like is not None:
             from agent.figures.examples import keep_example
 
             example = keep_example(like, exact, OwnFolder(folder, "run"))
-            options = replace(options, reading=replace(reading, like=example))
+            options = replace(options, reading=replace(options.reading, like=example))
         outcome = _carry_out(text, options, folder, rerun, trajectories, json_output, view, real)
     if outcome["exit_code"] != DONE:
         print_error(outcome["message"])

@@ -10,29 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from agent.cli.config import reading_options
+from agent.cli.arguments import RunArguments, with_arguments
 from agent.cli.options import (
-    AtOption,
-    CallOption,
-    CameraPoseOption,
-    DepthUnitOption,
     ForceOutOption,
-    Hold,
-    HoldOption,
-    LLMModelOption,
-    LLMUrlOption,
-    ModelOption,
-    ObjectsOption,
-    ParserOption,
-    Parsers,
-    SceneOption,
-    SeedOption,
-    TopicOption,
-    UnverifiedOption,
-    Viewpoint,
-    ViewpointOption,
-    WeightsOption,
-    recorded_options,
 )
 from agent.runtime.output_ownership import claim_folder
 from agent.runtime.output_paths import folder_or_new
@@ -50,13 +30,10 @@ ViewOption = Annotated[
 ]
 
 
+@with_arguments
 def serve(
     ctx: typer.Context,
-    scene: SceneOption = "simulated",
-    objects: ObjectsOption = "ycb",
-    model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    seed: SeedOption = 0,
+    arguments: RunArguments,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the session; by default out/TIME-serve.")
     ] = None,
@@ -71,10 +48,6 @@ def serve(
         int, typer.Option(metavar="PORT", min=0, max=65535, help="Port to listen on; 0 takes a free one.")
     ] = _PORT,
     token: Annotated[bool, typer.Option("--token", help="Ask pages of this machine for a token too.")] = False,
-    parser: ParserOption = Parsers.embedding,
-    viewpoint: ViewpointOption = Viewpoint.robot,
-    llm_model: LLMModelOption = None,
-    llm_url: LLMUrlOption = None,
     execute: Annotated[
         bool, typer.Option("--execute/--no-execute", help="Build with the arm, or only check each goal without it.")
     ] = True,
@@ -87,13 +60,6 @@ def serve(
             "DIR and in the current folder.",
         ),
     ] = False,
-    at: AtOption = None,
-    topic: TopicOption = None,
-    camera_pose: CameraPoseOption = None,
-    depth_unit: DepthUnitOption = None,
-    call: CallOption = None,
-    allow_unverified: UnverifiedOption = False,
-    hold: HoldOption = Hold.friction,
 ) -> None:
     """Talk with the agent in the browser, and watch it work.
 
@@ -106,13 +72,10 @@ def serve(
 
     check_installed()
     claim_folder(out, "chat", force)
-    reading = reading_options(ctx, parser.value, viewpoint.value, llm_model, llm_url)
-    recorded = recorded_options(at, topic, camera_pose, call, depth_unit)
     import_pybullet_silently()
+    options = arguments.options(ctx, execute=execute)
     from agent.live_view.serve import serve_chat
-    from agent.pipeline.run import RunOptions
 
-    options = RunOptions(scene, objects, model, weights, seed, execute, reading, recorded, allow_unverified, hold.value)
     with folder_or_new(out, "serve") as folder:
         session = folder / "session.jsonl"
         code = serve_chat(options, session, host, port, token, yes, any_file)

@@ -8,20 +8,12 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.evaluate.options import CandidatesOption, RowsOption, finish
+from agent.cli.arguments import with_arguments
+from agent.cli.evaluate.options import EvaluationArguments
 from agent.cli.options import (
-    ForceOutOption,
     Hold,
     HoldOption,
-    JsonOption,
-    ObjectsOption,
-    PoolOption,
-    SeedOption,
-    UnverifiedOption,
-    WeightsOption,
 )
-from agent.runtime.output_ownership import claim_folder
-from agent.runtime.stdio import import_pybullet_silently
 from grounding.spec import FIRST_SHAPES
 
 
@@ -32,8 +24,9 @@ class Mode(StrEnum):
     arm = "arm"
 
 
+@with_arguments
 def environment(
-    objects: ObjectsOption = "ycb",
+    arguments: EvaluationArguments,
     policy: Annotated[
         list[str] | None,
         typer.Option(
@@ -42,25 +35,17 @@ def environment(
             "[default: random, geometric, diffusion]",
         ),
     ] = None,
-    weights: WeightsOption = None,
-    allow_unverified: UnverifiedOption = False,
     structure: Annotated[
         list[str] | None,
         typer.Option(metavar="|".join(FIRST_SHAPES), help="Structure to ask for. Repeatable.  [default: all four]"),
     ] = None,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of episodes per policy.")] = 30,
-    seed: SeedOption = 0,
-    candidates: CandidatesOption = 64,
     mode: Annotated[
         Mode,
         typer.Option(help="How an action is carried out: released above its goal, or picked and placed by the arm."),
     ] = Mode.place,
     hold: HoldOption = Hold.friction,
     actions: Annotated[int, typer.Option(metavar="N", min=1, help="Most actions of an episode.")] = 20,
-    workers: PoolOption = None,
-    out: RowsOption = None,
-    force: ForceOutOption = False,
-    json_output: JsonOption = False,
 ) -> None:
     """Measure policies in the environment structagent/Build-v0.
 
@@ -75,8 +60,7 @@ def environment(
 
     Example: structagent evaluate environment --episodes 30 --seed 0 --out out/environment
     """
-    claim_folder(out, "evaluation", force)
-    import_pybullet_silently()
+    arguments.begin()
     from agent.environment.registration import register_environment
 
     register_environment()
@@ -84,11 +68,10 @@ def environment(
     from agent.evaluation.environment.measure import measure_environment
     from agent.evaluation.environment.report import print_environment
     from agent.evaluation.planner_config import checked_names
-    from agent.evaluation.report import write_evaluation
 
     config = EnvironmentConfig(
-        objects, weights, seed, candidates, allow_unverified, mode.value, hold.value, actions,
-        checked_names("structure", structure, FIRST_SHAPES),
+        **arguments.settings, mode=mode.value, hold=hold.value, actions=actions,
+        structures=checked_names("structure", structure, FIRST_SHAPES),
     )  # fmt: skip
-    measure = partial(measure_environment, config, policy, episodes, workers=workers, out=out)
-    finish(measure, print_environment, out, json_output, write_evaluation)
+    measure = partial(measure_environment, config, policy, episodes, **arguments.storing)
+    arguments.finish(measure, print_environment)

@@ -7,26 +7,17 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.evaluate.options import CandidatesOption, RowsOption, finish
+from agent.cli.arguments import with_arguments
+from agent.cli.evaluate.options import EvaluationArguments
 from agent.cli.options import (
-    ForceOutOption,
-    JsonOption,
     ModelOption,
-    ObjectsOption,
-    PoolOption,
-    SeedOption,
-    UnverifiedOption,
-    WeightsOption,
 )
-from agent.runtime.output_ownership import claim_folder
-from agent.runtime.stdio import import_pybullet_silently
 
 
+@with_arguments
 def figures(
-    objects: ObjectsOption = "ycb",
+    arguments: EvaluationArguments,
     model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    allow_unverified: UnverifiedOption = False,
     method: Annotated[
         list[str] | None,
         typer.Option(
@@ -43,12 +34,6 @@ def figures(
     scenes: Annotated[
         int, typer.Option(metavar="N", min=1, help="Number of scenes per figure; five transfers take turns.")
     ] = 50,
-    seed: SeedOption = 0,
-    candidates: CandidatesOption = 64,
-    workers: PoolOption = None,
-    out: RowsOption = None,
-    force: ForceOutOption = False,
-    json_output: JsonOption = False,
 ) -> None:
     """Measure how often a structure like an example shows the same figure.
 
@@ -64,13 +49,11 @@ def figures(
 
     Example: structagent evaluate figures --scenes 10 --out out/figures
     """
-    claim_folder(out, "evaluation", force)
-    import_pybullet_silently()
+    arguments.begin()
     from agent.evaluation.figures.config import FiguresConfig
     from agent.evaluation.figures.measure import measure_figures
     from agent.evaluation.figures.report import print_figures
-    from agent.evaluation.report import write_evaluation
 
-    config = FiguresConfig(objects, weights, seed, candidates, allow_unverified, model)
-    measure = partial(measure_figures, config, method, family, scenes, workers=workers, lot=lot, out=out)
-    finish(measure, print_figures, out, json_output, write_evaluation)
+    config = FiguresConfig(**arguments.settings, model=model)
+    measure = partial(measure_figures, config, method, family, scenes, lot=lot, **arguments.storing)
+    arguments.finish(measure, print_figures)

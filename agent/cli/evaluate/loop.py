@@ -7,29 +7,20 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.evaluate.options import CandidatesOption, RowsOption, finish
+from agent.cli.arguments import with_arguments
+from agent.cli.evaluate.options import EvaluationArguments
 from agent.cli.options import (
-    ForceOutOption,
     Hold,
     HoldOption,
-    JsonOption,
     ModelOption,
-    ObjectsOption,
-    PoolOption,
-    SeedOption,
-    UnverifiedOption,
-    WeightsOption,
 )
-from agent.runtime.output_ownership import claim_folder
-from agent.runtime.stdio import import_pybullet_silently
 from structdiffusion.benchmark.goal_names import LOOP_FAMILIES
 
 
+@with_arguments
 def loop(
-    objects: ObjectsOption = "ycb",
+    arguments: EvaluationArguments,
     model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    allow_unverified: UnverifiedOption = False,
     family: Annotated[
         list[str] | None,
         typer.Option(metavar="|".join(LOOP_FAMILIES), help="Family of goals to build. Repeatable.  [default: all]"),
@@ -41,13 +32,7 @@ def loop(
         ),
     ] = None,
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of scenes per family.")] = 8,
-    seed: SeedOption = 0,
-    candidates: CandidatesOption = 64,
     hold: HoldOption = Hold.friction,
-    workers: PoolOption = None,
-    out: RowsOption = None,
-    force: ForceOutOption = False,
-    json_output: JsonOption = False,
 ) -> None:
     """Measure what a build does when somebody disturbs it.
 
@@ -63,13 +48,11 @@ def loop(
 
     Example: structagent evaluate loop --objects blocks --scenes 2 --hold friction --out out/loop
     """
-    claim_folder(out, "evaluation", force)
-    import_pybullet_silently()
+    arguments.begin()
     from agent.evaluation.loop.config import LoopConfig
     from agent.evaluation.loop.measure import measure_loop
     from agent.evaluation.loop.report import print_loop
-    from agent.evaluation.report import write_evaluation
 
-    config = LoopConfig(objects, weights, seed, candidates, allow_unverified, model, hold.value)
-    measure = partial(measure_loop, config, disturb, family, scenes, workers=workers, out=out)
-    finish(measure, print_loop, out, json_output, write_evaluation)
+    config = LoopConfig(**arguments.settings, model=model, hold=hold.value)
+    measure = partial(measure_loop, config, disturb, family, scenes, **arguments.storing)
+    arguments.finish(measure, print_loop)

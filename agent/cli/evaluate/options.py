@@ -5,15 +5,26 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TextIO
 
 import typer
 
-from agent.cli.options import print_error
+from agent.cli.options import (
+    ForceOutOption,
+    JsonOption,
+    ObjectsOption,
+    PoolOption,
+    SeedOption,
+    UnverifiedOption,
+    WeightsOption,
+    print_error,
+)
 from agent.errors import DEFECT
+from agent.runtime.output_ownership import claim_folder
 from agent.runtime.output_paths import write_report
-from agent.runtime.stdio import results_stream
+from agent.runtime.stdio import import_pybullet_silently, results_stream
 from grounding.parse_result import shortened
 
 Report = dict[str, Any]
@@ -30,6 +41,57 @@ RowsOption = Annotated[
     typer.Option(metavar="DIR", help="Folder for the rows and the report; an evaluation in it is resumed."),
 ]
 ReportOption = Annotated[Path | None, typer.Option(metavar="FILE", help="File for the report as JSON.")]
+
+
+@dataclass(frozen=True)
+class EvaluationArguments:
+    """What the evaluations of planners have in common; each stores a row for each scene."""
+
+    objects: ObjectsOption = "ycb"
+    weights: WeightsOption = None
+    allow_unverified: UnverifiedOption = False
+    seed: SeedOption = 0
+    candidates: CandidatesOption = 64
+    workers: PoolOption = None
+    out: RowsOption = None
+    force: ForceOutOption = False
+    json_output: JsonOption = False
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Return the fields of `agent.evaluation.planner_config.PlannerConfig`."""
+        return {
+            "objects": self.objects,
+            "weights": self.weights,
+            "seed": self.seed,
+            "candidates": self.candidates,
+            "allow_unverified": self.allow_unverified,
+        }
+
+    @property
+    def storing(self) -> dict[str, Any]:
+        """Return who makes the rows, and where they are stored."""
+        return {"workers": self.workers, "out": self.out}
+
+    def begin(self) -> None:
+        """Claim the folder for rows, before anything heavy is imported.
+
+        Raises:
+            UsageError: if it holds something else.
+        """
+        claim_folder(self.out, "evaluation", self.force)
+        import_pybullet_silently()
+
+    def finish(
+        self,
+        measure: Callable[[], Report],
+        print_report: Callable[[Report, TextIO], None],
+        write: Callable[[Report, Path], list[Path]] | None = None,
+    ) -> None:
+        """Measure, write the report (by default eval.json beside the rows), and print it."""
+        from agent.evaluation.report import write_evaluation
+
+        finish(measure, print_report, self.out, self.json_output, write or write_evaluation)
 
 
 def finish(

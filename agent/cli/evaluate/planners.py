@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from enum import StrEnum
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from agent.cli.evaluate.options import CandidatesOption, RowsOption, ScenesOption, finish
+from agent.cli.arguments import with_arguments
+from agent.cli.evaluate.options import EvaluationArguments, RowsOption, ScenesOption, finish
 from agent.cli.options import (
     ForceOutOption,
     Hold,
@@ -49,18 +49,12 @@ CountOption = Annotated[
 ]
 
 
+@with_arguments
 def success(
-    objects: ObjectsOption = "ycb",
+    arguments: EvaluationArguments,
     model: ModelsOption = None,
-    weights: WeightsOption = None,
-    allow_unverified: UnverifiedOption = False,
     structure: StructuresOption = None,
     scenes: ScenesOption = 50,
-    seed: SeedOption = 0,
-    candidates: Annotated[
-        int,
-        typer.Option(metavar="N", min=1, help="Arrangements to propose per scene, by planners that choose among them."),
-    ] = 64,
     top_k: Annotated[
         int | None,
         typer.Option(metavar="N", min=1, help="Largest k of success@k; by default 5, or --candidates if that is less."),
@@ -72,20 +66,11 @@ def success(
     camera: Annotated[
         str, typer.Option(metavar="robot|opposite|left|right", help="Side of the table from which the camera looks.")
     ] = "robot",
-    workers: PoolOption = None,
     ray: RayOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder for rows, tables, plots and pictures; an evaluation in it is resumed."
-        ),
-    ] = None,
-    force: ForceOutOption = False,
     pictures: Annotated[
         int,
         typer.Option(metavar="N", min=0, help="With --out: largest number of pictures per planner and failure class."),
     ] = 5,
-    json_output: JsonOption = False,
 ) -> None:
     """Measure how often planned structures stand.
 
@@ -100,35 +85,29 @@ def success(
 
     Example: structagent evaluate success --objects ycb --model diffusion --model geometric --out out/success
     """
-    claim_folder(out, "evaluation", force)
-    import_pybullet_silently()
+    arguments.begin()
     from agent.evaluation.success.config import TOP_K, SuccessConfig
     from agent.evaluation.success.measure import checked_structures, measure_success
     from agent.evaluation.success.report import print_success, write_success
 
-    most = min(TOP_K, candidates) if top_k is None else top_k
-    config = SuccessConfig(objects, weights, seed, candidates, allow_unverified, most, objects_per_scene, table, camera)
+    most = min(TOP_K, arguments.candidates) if top_k is None else top_k
+    config = SuccessConfig(
+        **arguments.settings, top_k=most, objects_per_scene=objects_per_scene, table=table, camera=camera
+    )
     structures = checked_structures(structure)
-    options: dict[str, Any] = {"workers": workers, "ray": ray, "out": out, "pictures": pictures}
+    options: dict[str, Any] = {"ray": ray, "pictures": pictures, **arguments.storing}
     measure = partial(measure_success, config, model or ["diffusion"], structures, scenes, **options)
-    finish(measure, print_success, out, json_output, write_success)
+    arguments.finish(measure, print_success, write_success)
 
 
+@with_arguments
 def arm(
-    objects: ObjectsOption = "ycb",
+    arguments: EvaluationArguments,
     model: ModelOption = "diffusion",
-    weights: WeightsOption = None,
-    allow_unverified: UnverifiedOption = False,
     structure: StructuresOption = None,
     scenes: ScenesOption = 5,
-    seed: SeedOption = 0,
-    candidates: CandidatesOption = 64,
     objects_per_scene: CountOption = None,
     hold: HoldOption = Hold.friction,
-    workers: PoolOption = None,
-    out: RowsOption = None,
-    force: ForceOutOption = False,
-    json_output: JsonOption = False,
 ) -> None:
     """Measure how often the arm builds a structure.
 
@@ -140,15 +119,13 @@ def arm(
 
     Example: structagent evaluate arm --objects ycb --scenes 5 --out out/arm
     """
-    claim_folder(out, "evaluation", force)
-    import_pybullet_silently()
+    arguments.begin()
     from agent.evaluation.arm import ArmConfig, measure_arm, print_arm
-    from agent.evaluation.report import write_evaluation
     from agent.evaluation.success.measure import checked_structures
 
-    config = ArmConfig(objects, weights, seed, candidates, allow_unverified, model, hold.value, objects_per_scene)
-    measure = partial(measure_arm, config, checked_structures(structure), scenes, workers=workers, out=out)
-    finish(measure, print_arm, out, json_output, write_evaluation)
+    config = ArmConfig(**arguments.settings, model=model, hold=hold.value, objects_per_scene=objects_per_scene)
+    measure = partial(measure_arm, config, checked_structures(structure), scenes, **arguments.storing)
+    arguments.finish(measure, print_arm)
 
 
 def recordings(
