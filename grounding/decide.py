@@ -21,6 +21,7 @@ OFFER = 0.15
 # remarked now.
 LOST = 0.95
 MOST_OFFERED = 2
+LEAST_ABSENT = 0.005  # certainty of a wish about something absent, from which on that is asked about
 _LEAST = 1e-6
 
 
@@ -143,7 +144,7 @@ def decide(
     rivals = [each.certainty for each in proposals if each.goal is not None or each.problem]
     # What is unclear to the proposer is what the question asks, and where it is not sure of its answer, a question
     # costs little. "Mugs" where there are cups alone is impossible as said: what is meant instead is asked.
-    replaced = doubt is not None and doubt.absent and doubt.certainty >= OFFER
+    replaced = doubt is not None and doubt.absent and doubt.certainty >= max(rivals, default=LEAST_ABSENT)
     if likeliest is not None and likeliest.answer != "unclear" and nothing >= BUILD and not replaced:
         rivals.append(nothing)
     if doubt is not None and doubt.certainty >= max(rivals, default=0.0):

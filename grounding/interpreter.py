@@ -27,6 +27,7 @@ from grounding.propose.figure_mentions import mentions_of
 from grounding.propose.proposal import Proposal, WordedGoal
 from grounding.propose.resolution import resolved
 from grounding.propose.stand_ins import StandIns
+from grounding.resolve.articles import definite_where_single
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.numbered_names import numbered_apart
 from grounding.resolve.object_names import as_named
@@ -222,7 +223,7 @@ class Interpreter:
         before = context.before
         names = [each.name for each in objects or ()]
         heard = [spoken_across(text) if self.viewpoint == "opposite" else text for text in texts]
-        heard = [as_named(numbered_apart(text, names), names) for text in heard]
+        heard = [definite_where_single(as_named(numbered_apart(text, names), names), names) for text in heard]
         why_not = [self._why_unreadable(text) for text in texts]
         parses = iter(self.parser.parse_batch([text for text, why in zip(heard, why_not, strict=True) if not why]))
         found = []

@@ -9,6 +9,7 @@ from grounding.sentences import doubts, reason, shape_question
 from tests.grounding.goal_in_words import goal_of_words
 from tests.grounding.readers import reader
 
+TABLE = ("red cup", "blue cup", "plate", "bottle", "fork")
 CUPS = ("cup", "cup", "can", "can", "can", "can", "bowl")
 LINE = goal_of_words("line of 2, 3, 4, 5")
 
@@ -114,6 +115,17 @@ def test_words_that_may_be_lost_are_told():
         ),
         ("circle of forks", ("can", "can 2", "cup"), "nothing here is 'forks'"),
         ("put the mugs in a line", ("can", "cup", "cup 2"), "there is no mug here; does 'the mugs' mean: cup; cup 2?"),
+        *(
+            (text, TABLE, "there is no mug here; does 'the mug")
+            for text in (
+                "put the mug on the plate",
+                "put the mugs on the plate",
+                "place the mug in front of the bottle",
+            )
+        ),
+        ("put the hammer on the plate", TABLE, "nothing here is 'the hammer'"),
+        ("put a cup left of the plate", TABLE, "is this meant: red cup left of plate?"),
+        ("hang the mug on the wall", TABLE, "does not ask for an arrangement"),
         ("stack the balls", ("ball", "ball", "cup"), "nothing stands on a ball"),
         ("put the cup on the ball", ("ball", "ball 2", "cup"), "ball"),
     ],
@@ -121,3 +133,18 @@ def test_words_that_may_be_lost_are_told():
 def test_a_refusal_from_end_to_end(text, names, said):
     reading = reader().interpret(text, names)
     assert reading.status in ("refused", "ask") and said in reading.message, (reading.status, reading.message)
+
+
+@pytest.mark.parametrize(
+    ("text", "goal"),
+    [
+        ("put a fork next to the plate", "4 next to 2"),
+        ("place a fork beside a plate", "4 next to 2"),
+        ("put any bottle behind a plate", "3 behind 2"),
+        ("set some fork to the right of the bottle", "4 right of 3"),
+        ("put the red cup on a plate", "0 on 2"),
+    ],
+)
+def test_what_there_is_one_of_needs_no_choice(text, goal):
+    reading = reader().interpret(text, TABLE)
+    assert (reading.status, reading.goal) == ("ok", goal_of_words(goal)), reading.message
