@@ -21,7 +21,7 @@ OFFER = 0.15
 # remarked now.
 LOST = 0.95
 MOST_OFFERED = 2
-LEAST_ABSENT = 0.005  # certainty of a wish about something absent, from which on that is asked about
+LEAST_ASKED = 0.005  # certainty of a wish from which on it is asked about, if something is absent or no word is lost
 _LEAST = 1e-6
 
 
@@ -50,6 +50,11 @@ class Candidate:
     unknown: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
+
+    @property
+    def holds_all(self) -> bool:
+        """Return whether every word is likelier held than lost."""
+        return self.doubt < 0.5 and not any((self.lost, self.unknown, self.numbers, self.unused))
 
 
 @dataclass(frozen=True)
@@ -144,7 +149,7 @@ def decide(
     rivals = [each.certainty for each in proposals if each.goal is not None or each.problem]
     # What is unclear to the proposer is what the question asks, and where it is not sure of its answer, a question
     # costs little. "Mugs" where there are cups alone is impossible as said: what is meant instead is asked.
-    replaced = doubt is not None and doubt.absent and doubt.certainty >= max(rivals, default=LEAST_ABSENT)
+    replaced = doubt is not None and doubt.absent and doubt.certainty >= max(rivals, default=LEAST_ASKED)
     if likeliest is not None and likeliest.answer != "unclear" and nothing >= BUILD and not replaced:
         rivals.append(nothing)
     if doubt is not None and doubt.certainty >= max(rivals, default=0.0):
@@ -153,14 +158,23 @@ def decide(
     if not follows and (shapeless := _shapeless(candidates, proposals)) is not None:
         # "put the cups": which shape, is asked where a goal has none
         return Decision("ok", shapeless, (), 0.0, nothing)
+    # "stack two cups" of four: where no word is lost, that may be meant, although the proposer thinks that it cannot be.
+    denied = not follows and likeliest is not None and bool(likeliest.answer)
+    held = {
+        number for number, one in enumerate(candidates)
+        if denied and one.holds_all and one.proposal.certainty >= LEAST_ASKED
+    }  # fmt: skip
     likely = (
-        candidates[number].proposal.goal for number in order if (unclear and not follows) or shares[number] >= OFFER
+        candidates[number].proposal.goal
+        for number in order
+        if (unclear and not follows) or number in held or shares[number] >= OFFER
     )
     offered = tuple(goal for goal in likely if goal is not None and not (unclear and goal.is_open))[:MOST_OFFERED]
     surest = shares[order[0]] if order else 0.0
     # A wish that likelier cannot be built is refused, with what might be meant; in a conversation a question costs
     # little.
-    asks = bool(offered) and not barred and (unclear or (nothing < BUILD if follows else nothing <= surest))
+    doubtful = nothing < BUILD if follows else nothing <= surest
+    asks = bool(offered) and not barred and (unclear or bool(held) or doubtful)
     return Decision("ask" if asks else "refused", best, offered, surest, nothing)
 
 

@@ -71,3 +71,19 @@ def test_a_wish_without_a_shape_asks_for_one():
     found = decide([Candidate(objects, -3.0)], (unclear, objects), BY_VERIFIER)
     # A goal without a shape leads to the question of its shape
     assert found.status == "ok" and found.chosen.proposal is objects
+
+
+@pytest.mark.parametrize(
+    ("certainty", "lost", "follows", "status"),
+    [
+        (0.02, (), False, "ask"),
+        (0.02, ("two",), False, "refused"),
+        (0.001, (), False, "refused"),
+        (0.02, (), True, "refused"),
+    ],
+)
+def test_what_holds_every_word_is_asked_about_though_it_seems_impossible(certainty, lost, follows, status):
+    one = Proposal(LINE.goal, certainty)
+    proposals = (Proposal(None, 0.9, "impossible"), one)
+    found = decide([Candidate(one, -4.0, lost)], proposals, BY_VERIFIER, follows)
+    assert found.status == status
