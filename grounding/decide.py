@@ -158,7 +158,7 @@ def decide(
     if not follows and (shapeless := _shapeless(candidates, proposals)) is not None:
         # "put the cups": which shape, is asked where a goal has none
         return Decision("ok", shapeless, (), 0.0, nothing)
-    # "stack two cups" of four: where no word is lost, that may be meant, although the proposer thinks that it cannot be.
+    # "stack two cups" of four: where no word is lost, that may be meant, although the proposer thinks otherwise.
     denied = not follows and likeliest is not None and bool(likeliest.answer)
     held = {
         number for number, one in enumerate(candidates)

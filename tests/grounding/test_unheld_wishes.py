@@ -52,7 +52,7 @@ def test_words_beside_a_structure_that_nobody_read_are_remarked(interpreter, obj
 
 def test_the_third_of_what_was_placed_is_not_the_structure(interpreter, objects):
     read = interpreter.interpret("put two of the cans in a line and the third on top of the left one", objects)
-    assert read.status == "refused" or [str(part) for part in read.goal.parts][1].startswith("2 on")
+    assert read.status in ("refused", "ask") or [str(part) for part in read.goal.parts][1].startswith("2 on")
 
 
 @pytest.mark.parametrize(
