@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 
 # Tokenizers and physics are not made for several threads at once; callers on other threads wait for their turn.
 _LOCK = RLock()
+_WEB_VISUALIZER = "OPEN3D_DISABLE_WEB_VISUALIZER"
 
 
 @lru_cache(maxsize=1)
@@ -30,12 +32,26 @@ def reading() -> Iterator[ResourceCache]:
 
 
 @contextmanager
+def _without_web_visualizer() -> Iterator[None]:
+    """Keep Open3D, where it is imported in a notebook, from starting a server and printing that it did."""
+    before = os.environ.get(_WEB_VISUALIZER)
+    os.environ[_WEB_VISUALIZER] = "true"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(_WEB_VISUALIZER, None)
+        else:
+            os.environ[_WEB_VISUALIZER] = before
+
+
+@contextmanager
 def computing() -> Iterator[ResourceCache]:
     """Give the shared models to one thread at a time, with one thread of torch; torch's own number is put back after.
 
     With one thread results are the same on every machine, and the tensors are too small to be shared anyway.
     """
-    with _LOCK:
+    with _LOCK, _without_web_visualizer():
         from structdiffusion.simulation.pybullet_import import import_pybullet_silently
 
         import_pybullet_silently()

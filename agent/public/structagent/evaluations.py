@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,7 @@ class SuccessRate:
     failures: Mapping[str, int]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EvaluationReport:
     """The measured rates and their report.
 
@@ -54,7 +54,7 @@ class EvaluationReport:
 
     rates: tuple[SuccessRate, ...]
     command: str
-    report: Mapping[str, Any] = field(repr=False)
+    report: Mapping[str, Any]
 
     def rate(self, model: str, structure: str = ALL) -> SuccessRate:
         """Look a rate up.
@@ -67,6 +67,15 @@ class EvaluationReport:
                 return one
         there = "; ".join(f"{one.model!r}, {one.structure!r}" for one in self.rates)
         raise wrong_argument(f"{shown(model)} on {shown(structure)} was not measured; legal: {there}")
+
+    def __repr__(self) -> str:
+        together = [f"{one.model} {one.successes} of {one.scenes}" for one in self.rates if one.structure == ALL]
+        return f"EvaluationReport({', '.join(together)} stand)"
+
+    def _repr_html_(self) -> str:
+        from structagent.notebooks import evaluation_html
+
+        return evaluation_html(self)
 
     def __str__(self) -> str:
         """Format the rates as a table, one line each."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from agent.errors import NOT_BUILDABLE
+from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.resolve.attributes import SceneObject
@@ -26,7 +27,7 @@ PARSERS = ("embedding", "llm")
 VIEWPOINTS = ("robot", "opposite")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ParsedInstruction:
     """What an instruction asks for.
 
@@ -55,6 +56,10 @@ class ParsedInstruction:
     confidence: Mapping[str, float] = field(default_factory=dict)
     goal: Goal = Goal()
     suggestions: tuple[Goal, ...] = ()
+
+    def __repr__(self) -> str:
+        found = "; ".join(filter(None, (self.message, ", ".join(self.options) or describe_parts(self.goal.parts))))
+        return f"ParsedInstruction({self.text!r}: {self.status}; {found})"
 
 
 @dataclass(frozen=True)

@@ -43,9 +43,10 @@ if TYPE_CHECKING:
 
 MOST_PROPOSALS = 1024
 FEWEST_OBJECTS, MOST_OBJECTS = 2, 12  # what makes a structure, and what the shipped networks know
+_STILL = 5e-5  # entries of a motion that differ by less are those of no motion
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Proposal:
     """One arrangement: where every object of the scene goes.
 
@@ -66,6 +67,11 @@ class Proposal:
     def score(self) -> float:
         """Return the total score, in [0, 1]."""
         return self.scores["total"]
+
+    def __repr__(self) -> str:
+        moving = int((abs(self.goal_from_initial - np.eye(4)) > _STILL).any(axis=(1, 2)).sum())
+        which = "valid" if self.valid else "not valid"
+        return f"Proposal({moving} of {len(self.goal_from_initial)} objects move; score {self.score:.3f}, {which})"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -110,6 +116,11 @@ class Proposals(Sequence[Proposal]):
         if self.goal.plain_spec is None:
             asked = describe_parts(self.goal.parts, self.scene.names)
         return f"Proposals({len(self)} of {self.proposed} by {self.model!r}: {asked}; {self.status})"
+
+    def _repr_html_(self) -> str:
+        from structagent.notebooks import proposals_html
+
+        return proposals_html(self)
 
     @property
     def best(self) -> Proposal:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.errors import BAD_INPUT, NOT_BUILDABLE, NOT_VERIFIED, USAGE
+from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.spec import StructureSpec
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 _REFUSED = (USAGE, NOT_BUILDABLE, BAD_INPUT, NOT_VERIFIED)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RunResult:
     """What became of a run.
 
@@ -51,6 +52,7 @@ class RunResult:
         events: everything that happened, as JSON values, without pictures.
         seconds: how long the run took.
         goal: all parts that were understood, world frame; objects are indices into `names`.
+        shown: the live events that a notebook shows as pictures: the goal, and the table at the end.
     """
 
     success: bool
@@ -66,6 +68,16 @@ class RunResult:
     events: tuple[Mapping[str, Any], ...]
     seconds: float
     goal: Goal
+    shown: tuple[Event, ...] = ()
+
+    def __repr__(self) -> str:
+        asked = describe_parts(self.goal.parts, self.names) or "nothing"
+        return f"RunResult({asked}: {self.message or 'success'}; {self.seconds:.1f} s)"
+
+    def _repr_html_(self) -> str:
+        from structagent.notebooks import result_html
+
+        return result_html(self)
 
 
 @public_errors()
@@ -209,6 +221,7 @@ class _Log:
             tuple(self._events),
             finished.seconds,
             self._goal([each.name for each in perceived.objects], moved),
+            tuple(self._last[kind] for kind in ("Chosen", "Pictured") if kind in self._last),
         )
 
     def _goal(self, names: Sequence[str], moved: tuple[int, ...]) -> Goal:

@@ -108,6 +108,11 @@ class Scene:
     def __repr__(self) -> str:
         return f"Scene({len(self)} objects: {', '.join(self.names)})"
 
+    def _repr_html_(self) -> str:
+        from structagent.notebooks import scene_html
+
+        return scene_html(self)
+
     def observation(self, members: Sequence[int]) -> Observation:
         """Return the scene as planners take it.
 
