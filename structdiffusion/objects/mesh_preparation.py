@@ -65,9 +65,11 @@ def _tell_what_is_one(path: Path, part: MeshPart) -> None:
 def _prepared(path: Path, where: str, mesh: trimesh.Trimesh, name: str, category: str) -> ObjectModel:
     size = float(mesh.extents.max())
     if not SMALLEST <= size <= LARGEST:
+        millimetres = SMALLEST <= size / 1000 <= LARGEST
         raise ObjectError(
             f"the mesh {where} is {size:.4g} m long: the unit must be metres, "
             f"and objects between {SMALLEST} and {LARGEST} m"
+            + ("; if its unit is the millimetre, scale it by 0.001" if millimetres else "")
         )
     mesh = coarser(mesh, MESH_FINE_FACES)
     # The colour depends on the name alone, so it is the same in every run.
