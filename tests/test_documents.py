@@ -24,7 +24,7 @@ INLINE = re.compile(r"`([^`]+)`")
 LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|href)=\"([^\"]+)\"")
 ALTERNATIVES = re.compile(r"[\w-]+(?:\|[\w-]+)+")
 PLACEHOLDERS = {"TEXT": "make a line", "TEXT...": "make a line", "MODEL": "diffusion", "NAME": "diffusion"}
-FOLDERS = ("DIR", "data/train", "runs", "runs/diffusion")
+FOLDERS = ("DIR", "data/train", "meshes", "runs", "runs/diffusion")
 
 
 def without_fences(text: str) -> str:

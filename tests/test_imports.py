@@ -69,7 +69,7 @@ LAYERS = (
     ("agent.__main__",),
     # The public interface: agent/public/structagent.
     ("structagent.errors",),
-    ("structagent.arguments", "structagent.engine", "structagent.gym"),
+    ("structagent.arguments", "structagent.engine", "structagent.gym", "structagent.notebooks"),
     ("structagent.clouds",),
     ("structagent.scenes",),
     ("structagent.instructions",),

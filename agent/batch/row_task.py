@@ -66,6 +66,8 @@ def carry_out(row: Row, folder: Path, cache: ResourceCache) -> dict[str, Any]:
             on_step = recorder.on_physics_step if recorder is not None else None
             for event in run_instruction(row.text, options, cache, on_step):
                 record.on_event(event)
+                if recorder is not None:
+                    recorder.on_event(event)
         page = record.write(folder) if record.saw_something else None
         if recorder is not None:
             recorder.write(folder, record.report)

@@ -173,7 +173,7 @@ def _carry_out(
         viewer = open_files.enter_context(view_beside(view))
         terminal = TerminalReport(console_on(sys.stderr if as_json else results))
         recorder = BuildRecorder() if options.record else None
-        listeners: list[Listener] = [record, terminal, *(one for one in (log, viewer) if one is not None)]
+        listeners: list[Listener] = [record, terminal, *(one for one in (log, viewer, recorder) if one is not None)]
         watching = [one for one in (log, viewer, recorder) if one is not None]
 
         def on_step(table: TableScene) -> None:

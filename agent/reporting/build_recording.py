@@ -13,7 +13,8 @@ Ten frames a second of the arm's time, T in all, n joints:
 | `ends` | int64 (T,) | where each of them ends |
 
 `objects` are the names of the objects that the goal counts. The success is that of the whole run: one that was
-interrupted has none.
+interrupted has none. Since schema version 2 there are also the poses of all objects and links, and a log
+(`agent.reporting.recorded_scene`).
 """
 
 from __future__ import annotations
@@ -31,16 +32,20 @@ import numpy as np
 from agent.arm.arm_model import FINGERS
 from agent.errors import BadInput, NotWritten
 from agent.rendering.image_files import webp_of
+from agent.reporting.recorded_scene import RecordedScene, SceneRecorder
 from agent.runtime.output_ownership import OwnFolder
 
 if TYPE_CHECKING:
+    from agent.event_base import Event
     from agent.scenes.table_scene import TableScene
 
 RECORDING = "recording.npz"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+READABLE_VERSIONS = (1, 2)
 RATE = 10  # Hz
 HEIGHT, WIDTH = 240, 320  # pixels
-_EVERY = 24  # physics steps of 1/240 s between two frames
+_STEPS_PER_SECOND = 240
+_EVERY = _STEPS_PER_SECOND // RATE  # physics steps between two frames
 _ABOUT = {
     "instruction": str, "goal": dict, "objects": list, "success": bool, "seed": int, "model": str, "joints": list,
     "fingers": list,
@@ -57,12 +62,14 @@ class BuildRecording:
         state: (T, n + 3) float32 positions of joints and fingers, rad.
         commanded: (T, n + 3) float32 what they were told, rad.
         pictures: T WebP files.
+        scene: the objects and the arm in every frame; `None` in a recording of schema version 1.
     """
 
     about: Mapping[str, Any]
     state: np.ndarray
     commanded: np.ndarray
     pictures: tuple[bytes, ...]
+    scene: RecordedScene | None = None
 
     @property
     def names(self) -> list[str]:
@@ -78,6 +85,11 @@ class BuildRecorder:
         self._rows: list[tuple[np.ndarray, ...]] = []
         self._pictures: list[bytes] = []
         self._arm: dict[str, Any] = {}
+        self._scene = SceneRecorder(WIDTH, HEIGHT)
+
+    def on_event(self, event: Event) -> None:
+        """Take what happens into the log, at the arm's present time."""
+        self._scene.take_event(event, self._steps / _STEPS_PER_SECOND)
 
     def on_physics_step(self, table: TableScene) -> None:
         """Take a frame if one is due; to be called after every physics step."""
@@ -88,6 +100,7 @@ class BuildRecorder:
             row = (arm.configuration(), arm.finger_angles(), arm.set_point, arm.finger_set_point)
             self._rows.append(tuple(np.array(values, np.float32) for values in row))
             self._pictures.append(webp_of(table.world.picture(width=WIDTH, height=HEIGHT)))
+            self._scene.take_frame(table)
         self._steps += 1
 
     def write(self, folder: Path, report: Mapping[str, Any]) -> Path | None:
@@ -111,11 +124,13 @@ class BuildRecorder:
             "success": bool(report["outcome"] and report["outcome"]["success"]),
             "seed": report["options"]["seed"],
             **self._arm,
+            "scene": self._scene.about(),
         }
         keys = ("joints", "fingers", "commanded_joints", "commanded_fingers")
         columns: dict[str, Any] = {
             key: np.stack(rows) for key, rows in zip(keys, zip(*self._rows, strict=True), strict=True)
         }
+        columns |= self._scene.arrays()
         columns["about"] = np.array(json.dumps(about))
         columns["pictures"] = np.frombuffer(b"".join(self._pictures), np.uint8)
         columns["ends"] = np.cumsum([len(picture) for picture in self._pictures])
@@ -149,22 +164,29 @@ def read_recording(path: Path) -> BuildRecording:
                 np.concatenate((file[f"{who}joints"], file[f"{who}fingers"]), axis=1) for who in ("", "commanded_")
             )
             data, ends = file["pictures"].tobytes(), file["ends"].tolist()
+            scene = None
+            if isinstance(about, dict) and "scene" in about:
+                scene = RecordedScene.read(about["scene"], file["poses"], file["links"])
     except OSError as error:
         raise BadInput(f"cannot read the recording {str(path)!r}: {error.strerror or error}") from error
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile, IndexError) as error:
+    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, IndexError) as error:
         raise BadInput(f"{str(path)!r} is not a recording of structagent: {error}") from error
     problem = _problem(about, state, commanded, data, ends)
+    if scene is not None and not len(scene.poses) == len(scene.link_poses) == len(ends):
+        problem = problem or f"it has {len(ends)} frames, and poses of {len(scene.poses)} and {len(scene.link_poses)}"
     if problem:
         raise BadInput(f"{str(path)!r} is not a recording of this structagent: {problem}")
     starts = [0, *ends[:-1]]
     pictures = tuple(data[start:end] for start, end in zip(starts, ends, strict=True))
-    return BuildRecording(about, state.astype(np.float32), commanded.astype(np.float32), pictures)
+    return BuildRecording(about, state.astype(np.float32), commanded.astype(np.float32), pictures, scene)
 
 
 def _problem(about: Any, state: np.ndarray, commanded: np.ndarray, data: bytes, ends: list[int]) -> str:
     """Return what is wrong with the content of a recording; empty if nothing is."""
-    if not isinstance(about, dict) or about.get("schema_version") != SCHEMA_VERSION or about.get("rate") != RATE:
-        return f"it does not have the schema version {SCHEMA_VERSION}, or not {RATE} frames a second"
+    known = isinstance(about, dict) and about.get("schema_version") in READABLE_VERSIONS
+    if not known or about.get("rate") != RATE:
+        versions = " or ".join(map(str, READABLE_VERSIONS))
+        return f"it does not have the schema version {versions}, or not {RATE} frames a second"
     for key, kind in _ABOUT.items():
         if not isinstance(about.get(key), kind):
             return f"{key!r} is missing, or no {kind.__name__}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +75,7 @@ class EvaluationReport:
     def _repr_html_(self) -> str:
         from structagent.notebooks import evaluation_html
 
-        return evaluation_html(self)
+        return evaluation_html(map(asdict, self.rates))
 
     def __str__(self) -> str:
         """Format the rates as a table, one line each."""

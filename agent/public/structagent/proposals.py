@@ -120,7 +120,9 @@ class Proposals(Sequence[Proposal]):
     def _repr_html_(self) -> str:
         from structagent.notebooks import proposals_html
 
-        return proposals_html(self)
+        goal = Arrangement(self.best.goal_from_initial[list(self.moved)])
+        ranked = [(each.scores, each.valid) for each in self.items]
+        return proposals_html(self.scene.observation(self.moved), goal, ranked, self.notes)
 
     @property
     def best(self) -> Proposal:

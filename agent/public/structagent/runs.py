@@ -77,7 +77,7 @@ class RunResult:
     def _repr_html_(self) -> str:
         from structagent.notebooks import result_html
 
-        return result_html(self)
+        return result_html(self.events, self.shown, self.notes)
 
 
 @public_errors()

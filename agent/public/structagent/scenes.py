@@ -111,7 +111,7 @@ class Scene:
     def _repr_html_(self) -> str:
         from structagent.notebooks import scene_html
 
-        return scene_html(self)
+        return scene_html(self.observation(range(len(self))), self.notes)
 
     def observation(self, members: Sequence[int]) -> Observation:
         """Return the scene as planners take it.
