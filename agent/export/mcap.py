@@ -223,10 +223,11 @@ def _bodies(scene: RecordedScene) -> messages.SceneUpdate:
             "color": _color([part / 255 for part in solid["color"]]),
         }
         if solid["round"]:
-            shape = {"cylinders": [messages.CylinderPrimitive(bottom_scale=1.0, top_scale=1.0, **about)]}
+            shape: Any = messages.CylinderPrimitive(bottom_scale=1.0, top_scale=1.0, **about)
         else:
-            shape = {"cubes": [messages.CubePrimitive(**about)]}
-        entities.append(_entity(f"{frame}/solid_{number}", frame, **shape))
+            shape = messages.CubePrimitive(**about)
+        kind = "cylinders" if solid["round"] else "cubes"
+        entities.append(_entity(f"{frame}/solid_{number}", frame, **{kind: [shape]}))
     return messages.SceneUpdate(entities=entities)
 
 
@@ -250,8 +251,13 @@ def _timestamp(time: int) -> messages.Timestamp:
 
 
 def _transform(parent: str, child: str, row: list[float], stamp: messages.Timestamp) -> messages.FrameTransform:
-    pose = {"translation": _vector(row[:3]), "rotation": _quaternion(row[3:])}
-    return messages.FrameTransform(timestamp=stamp, parent_frame_id=parent, child_frame_id=child, **pose)
+    return messages.FrameTransform(
+        timestamp=stamp,
+        parent_frame_id=parent,
+        child_frame_id=child,
+        translation=_vector(row[:3]),
+        rotation=_quaternion(row[3:]),
+    )
 
 
 def _row(pose: np.ndarray) -> list[float]:

@@ -158,7 +158,7 @@ class SceneRecorder:
     """
 
     def __init__(self, width: int, height: int) -> None:
-        self._size = {"width": width, "height": height}
+        self._width, self._height = width, height
         self._about: dict[str, Any] = {}
         self._bodies: dict[str, dict[str, Any]] = {}
         self._poses: list[Mapping[str, np.ndarray]] = []
@@ -177,7 +177,7 @@ class SceneRecorder:
                 surface = {"vertices": np.round(vertices, _DIGITS).tolist(), "faces": faces.tolist()}
                 self._bodies[name] = {"name": name, "color": [float(part) for part in model.color], **surface}
         if not self._about:
-            camera, area = replace(table.world.camera, **self._size), table.world.table
+            camera, area = replace(table.world.camera, width=self._width, height=self._height), table.world.table
             self._about = {
                 "table": [area.x_min, area.x_max, area.y_min, area.y_max],
                 "camera": {
