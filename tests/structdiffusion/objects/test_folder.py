@@ -110,10 +110,12 @@ def test_flat_sheet_and_missing_numbers(tmp_path):
         load_objects(tmp_path)
 
 
-@pytest.mark.parametrize("side", [60.0, 0.001])
-def test_absurd_size_speaks_of_units(tmp_path, side):
+@pytest.mark.parametrize(
+    ("side", "hint"), [(60.0, r"; if its unit is the millimetre, scale it by 0\.001"), (0.001, "")]
+)
+def test_absurd_size_speaks_of_units(tmp_path, side, hint):
     trimesh.creation.box([side] * 3).export(tmp_path / "block.stl")
-    with pytest.raises(ObjectError, match=r"block.stl' is .* m long: .* metres.*0\.005 and 0\.5 m"):
+    with pytest.raises(ObjectError, match=rf"block.stl' is .* m long: .* metres.*0\.005 and 0\.5 m{hint}$"):
         load_objects(tmp_path)
 
 
