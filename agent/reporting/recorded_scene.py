@@ -164,7 +164,7 @@ class SceneRecorder:
         self._poses: list[Mapping[str, np.ndarray]] = []
         self._links: list[Mapping[int, np.ndarray]] = []
         self._log: list[dict[str, Any]] = []
-        self._part: list[str] = []  # the names of the objects that take part
+        self._names: list[str] = []  # of the scene's objects, those that take part first
 
     def take_frame(self, table: TableScene) -> None:
         """Take the present poses."""
@@ -192,9 +192,9 @@ class SceneRecorder:
         """Take what happened at `time`, seconds of the arm's time."""
         payload = event.to_dict()
         if payload["kind"] == "perceived":
-            self._part = [one["name"] for one in payload["objects"] if one["takes_part"]]
+            self._names = [one["name"] for one in payload["objects"]]
         if payload["kind"] not in _UNSAID:
-            text = _sentence(payload, self._part)
+            text = _sentence(payload, self._names)
             self._log.append({"time": round(time, 4), "kind": payload["kind"], "text": text})
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -218,7 +218,7 @@ def _rows(moments: list[Mapping[Any, np.ndarray]], keys: list[Any]) -> np.ndarra
     return rows
 
 
-def _sentence(payload: Mapping[str, Any], part: list[str]) -> str:
+def _sentence(payload: Mapping[str, Any], names: list[str]) -> str:
     """Return an event's JSON form in a sentence."""
     match payload["kind"]:
         case "started":
@@ -238,4 +238,4 @@ def _sentence(payload: Mapping[str, Any], part: list[str]) -> str:
             return payload["message"]
         case kind if kind in _REMARKS:
             return remark_sentence(payload)
-    return arm_sentence(payload, part)
+    return arm_sentence(payload, names)
