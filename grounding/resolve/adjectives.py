@@ -16,13 +16,6 @@ _SIZES = {
     "stubby": "short", "huge": "large", "giant": "large", "massive": "large", "mini": "small", "petite": "small",
     "lengthy": "long", "bulky": "large", "flattish": "flat", "lanky": "tall",
 }  # fmt: skip
-# "coloured things", "the warm colours".
-_WARM, _COLD = ("red", "orange", "yellow"), ("blue", "green")
-TEMPERATURES = {"warm": _WARM, "cold": _COLD, "cool": _COLD}
-HUES: Mapping[str, tuple[str, ...]] = {
-    **TEMPERATURES, **dict.fromkeys(("coloured", "colourful"), (*_WARM, *_COLD, "pink", "purple", "turquoise")),
-}  # fmt: skip
-NEUTRAL = ("white", "black", "grey", "clear")
 # The size of the middle one of three: "the medium pot"; "the middle pot" may be that of a row instead.
 MIDDLE = "middle"
 MIDDLING = frozenset("medium middling middle-sized mid-sized medium-sized mid-size".split())

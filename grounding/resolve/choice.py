@@ -8,11 +8,10 @@ from dataclasses import replace
 from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
-from grounding.resolve.adjectives import HUES, NEUTRAL, TEMPERATURES, colours_of, property_of, size_of
+from grounding.resolve.adjectives import colours_of, property_of, size_of
 from grounding.resolve.attributes import MEASURES
 from grounding.resolve.errors import ResolveError, UnjudgedError
 from grounding.resolve.lexicon import COLOURS, KINDS, MASS_NOUNS
-from grounding.resolve.likeness_choice import LikenessChoice
 from grounding.resolve.phrase import Phrase, Rank, Test
 from grounding.resolve.referents import Referents
 from grounding.resolve.size_choice import SizeChoice
@@ -24,10 +23,7 @@ _COMPOUNDS = frozenset(
     "fruit table desk office garden picnic party team sellotape parcel cardboard storage plant flower clay china house "
     "mobile play".split()
 )
-_ORDER = tuple(
-    "number colour hue lonely kind use occasion property alike measure size more stands place nearest equal "
-    "odd contrast word".split()
-)
+_ORDER = tuple("number colour kind use occasion property measure size more stands place nearest word".split())
 
 
 class Choice:
@@ -36,19 +32,15 @@ class Choice:
     Args:
         there: what is there.
         of_phrase: finds the objects of a phrase within another one.
-        model: finds what "of the same colour" compares with, where no phrase says it.
 
     Attributes:
         notes: remarks on choices, a sentence each.
     """
 
-    def __init__(
-        self, there: Referents, of_phrase: Callable[[Phrase], list[int]], model: Callable[[], list[int]]
-    ) -> None:
-        self.there, self._of_phrase, self.model = there, of_phrase, model
+    def __init__(self, there: Referents, of_phrase: Callable[[Phrase], list[int]]) -> None:
+        self.there, self._of_phrase = there, of_phrase
         self.notes: list[str] = []
         self._sizes = SizeChoice(there.attributes)
-        self._likeness = LikenessChoice(there.attributes, there.head)
 
     def fitting(self, phrase: Phrase, base: Sequence[int]) -> list[int]:
         """Keep those of some objects that a phrase describes; the first ones where it chooses by order.
@@ -113,15 +105,6 @@ class Choice:
             if found and not any(self.there.colour(i) or self.there.says(i, test.word) for i in found):
                 raise UnjudgedError(test.word)
             return [i for i in found if self._coloured(i, test.word, found)]
-        if test.kind == "hue":
-            return self._of_hue(test.word, found)
-        if test.kind == "lonely":
-            return self._likeness.lonely(found, test.word)
-        if test.kind == "odd":
-            return self._likeness.odd(found)
-        if test.kind == "equal":
-            pair = test.word == "pair"
-            return found if pair and len(found) == 2 else self._likeness.equal(found, test.word, phrase.count)
         if test.kind == "kind":
             group = self._of_kind(test)
             return [i for i in found if i in group]
@@ -162,22 +145,10 @@ class Choice:
         best = next((each for each in wanted if any(self.there.colour(i) == each for i in among)), "")
         return own == best or (own in wanted and not best)
 
-    def _of_hue(self, word: str, found: list[int]) -> list[int]:
-        """Keep what is coloured, or of a warm or cold colour."""
-        colours = [self.there.colour(i) for i in found]
-        judged = (*HUES["warm"], *HUES["cold"], *NEUTRAL) if word in TEMPERATURES else (*HUES["coloured"], *NEUTRAL)
-        if not all(each in judged for each in colours):
-            raise ResolveError(f"it is not known which of the objects here are {word!r}")
-        return [i for i, colour in zip(found, colours, strict=True) if colour in HUES[word]]
-
     def _of_kind(self, test: Test) -> list[int]:
         assert test.other is not None  # what the objects are, or are not
         kind = replace(test.other, count=None, plural=True, every=True, definite=True)
         return self._of_phrase(kind)
-
-    def of_same_colour(self, index: int, among: Sequence[int]) -> list[int]:
-        """Keep the objects that have the colour of another one."""
-        return [i for i in among if self.there.colour(i) and self.there.colour(i) == self.there.colour(index)]
 
     # Properties and sizes
 
@@ -216,14 +187,7 @@ class Choice:
     # Other objects
 
     def _related(self, test: Test, found: list[int], phrase: Phrase, many: bool) -> list[int]:
-        if test.kind == "alike":
-            models = self._of_phrase(test.other) if test.other is not None else self.model()
-            colours = {self.there.colour(i) for i in models} - {""}
-            if not colours:
-                raise ResolveError("it is not clear which colour is meant")
-            return [i for i in found if self.there.colour(i) in colours and i not in models]
-        if test.other is None:  # "the one that is" contrasts with what another phrase says, which is not known here
-            raise ResolveError(f"it is not clear which of the objects here {phrase.text!r} means")
+        assert test.other is not None  # what they stand by, or are compared with
         landmark = self._of_phrase(test.other)
         if test.second is not None:
             landmark = [*landmark, *self._of_phrase(test.second)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from grounding.resolve.adjectives import IDLE, colours_of, property_of, use_of
-from grounding.resolve.comparisons import comparison_after, likeness_after, uniqueness_after
+from grounding.resolve.adjectives import property_of, use_of
+from grounding.resolve.comparisons import comparison_after
 from grounding.resolve.lexicon import FILLINGS
 from grounding.resolve.phrase import Draft, Phrase, Rank, Test
 from grounding.resolve.phrase_text import PhraseReader
@@ -35,10 +35,10 @@ def clauses_after(parser: PhraseReader, draft: Draft, at: int, excepting: bool) 
     Returns:
         The place after it.
     """
-    readers = [likeness_after, _of, part_after, _for_use, predicate_after, comparison_after, standing_after]
+    readers = [_of, _part, _for_use, predicate_after, comparison_after, standing_after]
     readers = [exception_after, *readers] if excepting else readers
     while at < len(parser.words):
-        end = uniqueness_after(parser, draft, at) or idle_place(parser.words, at)
+        end = idle_place(parser.words, at)
         if end == at:
             end = next((after for read in readers if (after := read(parser, draft, at)) is not None), at)
         if end <= at and parser.word(at) in _IDLE:
@@ -99,62 +99,21 @@ def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     return None
 
 
-_HAVING = frozenset("with having has have bearing share shares".split())
-_BEFORE = IDLE | frozenset("a an the its some two four any long little big sharp curved".split())
-_GRAINS = ("corn", "wheat", "oat", "bran")
-_PAINTED = frozenset("handle handles colour grip cap lid label coat".split())
+_HAVING = re.compile(
+    r"(?:(?:that |which )?(?:with|having|has|have)|made (?:out )?(?:of|from))(?: (?:a|an|the|some))?(?= )"
+)
 
 
-def part_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
-    """Read a material or a part into a draft; return the place after it, or `None` where none stands."""
-    if parser.word(at) == "made" and parser.word(at + 1) in ("of", "from", "out"):
-        place = at + 2 + (parser.word(at + 2) == "of")
-        if parser.text.there.filling(parser.word(place)):
-            draft.test(Test("word", parser.word(place)))
-            return place + 1
-        if property_of(parser.word(place)) is None:
-            return None
-        draft.test(Test("property", parser.word(place)))
-        return place + 1
-    at += parser.word(at) in ("that", "which") and parser.word(at + 1) in _HAVING
-    if parser.word(at) not in _HAVING:
+def _part(parser: PhraseReader, draft: Draft, at: int) -> int | None:
+    """Read a part, a material, or what something holds: "with spouts", "made of fish", "with the milk"."""
+    found = _HAVING.match(" ".join(parser.words[at:]))
+    place = at + len(found.group().split()) if found is not None else at
+    word = parser.word(place)
+    kind = "property" if property_of(word) is not None else "word" if parser.text.there.filling(word) else ""
+    if found is None or not kind:
         return None
-    place = at + 1
-    colour = ""
-    while parser.word(place) in _BEFORE or colours_of(parser.word(place)) is not None:
-        colour = parser.word(place) if colours_of(parser.word(place)) is not None else colour
-        place += 1
-    part, following = parser.word(place), parser.word(place + 1)
-    if part in ("colour", "colours") and colours_of(following) is not None:
-        draft.test(Test("colour", following))
-        return place + 2
-    if colour and part in _PAINTED:
-        draft.test(Test("colour", colour))
-        return place + 1
-    place += part in _GRAINS and following == "flakes"
-    if parser.text.there.filling(parser.word(place)):  # "the carton with the milk"
-        draft.test(Test("word", parser.word(place)))
-        return place + 1 + 2 * (parser.words[place + 1 : place + 3] in (("in", "it"), ("in", "them"), ("inside", "it")))
-    end = _properties(parser, draft, place)
-    if end is not None and colour:
-        draft.test(Test("colour", colour))  # "with the brown glass"
-    return end
-
-
-def _properties(parser: PhraseReader, draft: Draft, place: int) -> int | None:
-    """Read "a blade or an ink tip"."""
-    tests = []
-    while property_of(parser.word(place)) is not None:
-        tests.append(Test("property", parser.word(place)))
-        place += 1 + (parser.word(place + 1) == "tip")
-        article = parser.word(place + 1) in ("a", "an", "the")
-        if parser.word(place) not in ("or", "and") or property_of(parser.word(place + 1 + article)) is None:
-            break
-        place += 1 + article
-    if not tests:
-        return None
-    draft.test(*tests)
-    return place
+    draft.test(Test(kind, word))
+    return place + 1
 
 
 _EXCEPT = re.compile(

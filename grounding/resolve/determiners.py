@@ -32,9 +32,7 @@ def determiners_at(text: PhraseText, at: int, draft: Draft) -> int:
 def _determiner(text: PhraseText, at: int, draft: Draft) -> int | None:
     """Read an article, a demonstrative or "all"; return the place after it."""
     word, following = text.word(at), text.word(at + 1)
-    if word in OWNERS:
-        draft.kind = "twin" if word == "its" else draft.kind
-    elif word in _POINTING:
+    if word in _POINTING:
         draft.demonstrative = True
         draft.plural = word in ("these", "those", "them", "such") or draft.plural
     elif word in _EVERY:
@@ -47,7 +45,7 @@ def _determiner(text: PhraseText, at: int, draft: Draft) -> int | None:
         draft.count = draft.count or (1 if word != "just" and not draft.every else None)
     elif word == "of" and (draft.every or draft.demonstrative) and draft.count in (None, 2):
         pass  # "all of the cups"
-    elif not (word in IDLE and following):
+    elif word not in OWNERS and not (word in IDLE and following):
         return None
     return at + 1
 

@@ -20,7 +20,7 @@ from grounding.resolve.words import WordPhrases
 from grounding.spec import SpecError
 
 _OBJECT_KEYS = ("objects", "reference", "around")
-_UNTOLD = ("colour", "size", "place", "hue", "more", "measure")  # tests by which a scene tells objects of a kind apart
+_UNTOLD = ("colour", "size", "place", "more", "measure")  # tests by which a scene tells objects of a kind apart
 NO_OBJECTS: Mapping[str, tuple[int, ...]] = MappingProxyType({})
 
 

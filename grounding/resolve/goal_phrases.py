@@ -188,10 +188,8 @@ def _step(phrase: Phrase) -> int:
 
 def _depends(phrase: Phrase) -> bool:
     """Tell whether the meaning of a phrase depends on what other phrases of the goal name."""
-    if phrase.kind in ("rest", "pronoun", "twin") or phrase.other or phrase.demonstrative or phrase.number_alone:
+    if phrase.kind in ("rest", "pronoun") or phrase.other or phrase.demonstrative or phrase.number_alone:
         return True
     tests = [test for each in phrase.tests for test in each]
-    if any(test.kind == "contrast" or (test.kind == "alike" and test.other is None) for test in tests):
-        return True
     inner = [*(each for test in tests for each in (test.other, test.second)), phrase.among, *phrase.without]
     return any(_depends(each) for each in inner if each is not None)

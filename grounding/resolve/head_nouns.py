@@ -5,16 +5,12 @@ from __future__ import annotations
 from grounding.resolve.adjectives import colours_of, property_of, size_of
 from grounding.resolve.lexicon import GENERAL, GROUPS
 from grounding.resolve.measures import COUNTS
-from grounding.resolve.phrase import Draft, Phrase, Rank, Test
+from grounding.resolve.phrase import Draft, Rank, Test
 from grounding.resolve.phrase_text import PhraseText
 from grounding.resolve.place_words import SIDES
 from grounding.resolve.premodifiers import USED
 from grounding.resolve.word_forms import singular
 
-_TWINS = frozenset(
-    "twin twins brother brothers sister sisters mate mates partner partners match counterpart neighbour neighbours "
-    "sibling siblings friend friends cousin cousins companion companions double pendant".split()
-)
 _UNNAMED = GENERAL | frozenset("everything anything something".split())
 _MASSES = frozenset("stuff lot kit gear shopping collection assortment set".split())
 _GROUPS = frozenset("pair half team trio".split())
@@ -26,23 +22,17 @@ COMPARED = frozenset("closest nearest furthest nearer closer further".split())
 
 def head_at(text: PhraseText, at: int, draft: Draft) -> int | None:
     """Read the noun into a draft; return the place after it, or `None` where none stands."""
-    end = _pronoun(text, at, draft) or _noun(text, at, draft)
-    if end is not None and draft.kind == "twin" and text.word(at) not in _TWINS:
-        draft.kind = "objects"  # "its cup"
-    return end
+    return _pronoun(text, at, draft) or _noun(text, at, draft)
 
 
 def _pronoun(text: PhraseText, at: int, draft: Draft) -> int | None:
-    """Read "one", "others", "twin" or "blues"; return the place after it."""
+    """Read "one", "others" or "blues"; return the place after it."""
     word = text.word(at)
     if word in ("one", "ones"):
         draft.borrowed, draft.plural = True, draft.plural or word == "ones"
         return at + 1
     if word == "others":
         draft.borrowed = draft.plural = draft.other = True
-        return at + 1
-    if word in _TWINS:
-        draft.kind, draft.plural = "twin", word.endswith("s")
         return at + 1
     if not _colours(text, at):
         return None
@@ -65,10 +55,6 @@ def _colours(text: PhraseText, at: int) -> bool:
 def _noun(text: PhraseText, at: int, draft: Draft) -> int | None:
     word, following = text.word(at), text.word(at + 1)
     compound = f"{word} {singular(following)}"
-    if word in ("non", "not") and text.there.is_noun(following):  # "the non-bottles"
-        draft.test(Test("kind", other=Phrase(following, noun=(following,), plural=True, every=True), negated=True))
-        draft.plural = True
-        return at + 2
     if draft.used and word in USED:
         draft.plural = draft.plural or word.endswith("s")
     elif compound in GROUPS:
@@ -79,8 +65,6 @@ def _noun(text: PhraseText, at: int, draft: Draft) -> int | None:
     elif word in _GROUPS and (draft.tests or word == "team" or (word in ("pair", "trio") and at > 0)):
         draft.borrowed = draft.plural = True
         draft.count = {"pair": 2, "trio": 3}.get(word, draft.count)
-        if word == "pair" and draft.tests:
-            draft.test(Test("equal", "pair"))  # "the white pair" may be two of several kinds
     elif text.there.is_noun(word) or text.there.filling(word):
         draft.noun = (word,)
         draft.plural = draft.plural or text.there.plural(word)
@@ -119,8 +103,6 @@ def behind_noun(text: PhraseText, at: int, draft: Draft) -> int:
             at = end - 1
         elif number is not None and draft.count is None and draft.tests:
             draft.count = number
-        elif word == "out" and text.word(at - 2) == "odd":
-            pass  # "the odd one out"
         elif word not in _IDLE and not (word in ("cups", "cup", "ones") and text.word(at - 1) == "team"):
             return at
         at += 1

@@ -45,10 +45,6 @@ class NounContexts:
         for n in (*before, *after):
             yield from (base for base in self._meant(n, coloured) if len(base) > 1)
 
-    def says_colour(self) -> bool:
-        """Tell whether the instruction speaks of colours, so that "the warm ones" are those of a warm colour."""
-        return any(word in ("colour", "colours", "coloured", "hues", "shades") for word in self._words)
-
     def told_before(self, place: int) -> bool:
         """Tell whether some of the objects were named before a place, so that "these" may mean them."""
         for word in self._words[:place]:

@@ -10,9 +10,8 @@ class Test:
     """One thing that the objects of a phrase must fulfil.
 
     Attributes:
-        kind: "colour", "size", "property", "use", "place", "stands", "nearest", "more", "measure", "alike", "noun",
-            "number" (of "cup 2"), "lonely" (nothing is like it), "odd", "equal" (there are others like it), "hue",
-            "contrast" (what an earlier phrase says, or does not) or "word" (an adjective that nothing here knows).
+        kind: "colour", "size", "property", "use", "place", "stands", "nearest", "more", "measure", "kind",
+            "number" (of "cup 2") or "word" (an adjective that nothing here knows).
         word: the colour, the adjective, the relation and so on.
         sides: for "place": where the objects stand, of "left", "right", "near", "far" and "middle".
         value: for "measure": metres.
@@ -49,8 +48,8 @@ class Phrase:
 
     Attributes:
         text: as it was copied.
-        kind: "objects"; "all" of what there is; "rest", what no other phrase names; "pronoun"; "twin", what is of the
-            kind of the object that was named before; "known"; "unread", which is not understood.
+        kind: "objects"; "all" of what there is; "rest", what no other phrase names; "pronoun"; "known";
+            "unread", which is not understood.
         noun: its words; empty for "one", "things" and bare adjectives.
         borrowed: whether a noun of other phrases may be meant, as for "the red one" and "the reds".
         bare: whether it has no word for a noun at all: "the red", "blue".
@@ -245,10 +244,6 @@ class SaidPhrases:
         """List what was named before the current phrase, also within other phrases; the last one last."""
         own = self.current.inner if self.current is not None else []
         return [*(found for each in self.before() for found in (*each.inner, each.found or [])), *own[:-1]]
-
-    def last_one(self) -> list[int]:
-        """Return the object that was named last alone; empty where none was."""
-        return list(next((found for found in reversed(self.mentioned()) if len(found) == 1), []))
 
     def named(self) -> set[int]:
         """Return the objects that other phrases name; "everything" and pronouns name none."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from grounding.resolve.adjectives import TEMPERATURES
 from grounding.resolve.choice import Choice
 from grounding.resolve.errors import AbsentError, Doubt, ResolveError
 from grounding.resolve.lexicon import LIKE_KINDS
@@ -14,7 +13,7 @@ from grounding.resolve.phrase import Phrase, PhraseGroup, SaidPhrase, SaidPhrase
 from grounding.resolve.referents import Referents
 from grounding.resolve.word_forms import singular
 
-_TELLING = ("colour", "hue", "property", "use", "kind", "lonely", "alike")
+_TELLING = ("colour", "property", "use", "kind")
 
 
 class PhraseObjects:
@@ -31,7 +30,7 @@ class PhraseObjects:
         self, there: Referents, said: SaidPhrases, words: Sequence[str], known: Mapping[str, tuple[int, ...]]
     ) -> None:
         self._there, self._said, self._known = there, said, known
-        self.choice = Choice(there, self._inner, said.last_one)
+        self.choice = Choice(there, self._inner)
         self.contexts = NounContexts(words, there, self.choice)
         self._told = ToldObjects(words, there, said, self._objects)
         self._open: set[Phrase] = set()  # phrases whose objects are being found: none holds itself
@@ -45,8 +44,6 @@ class PhraseObjects:
         """
         self._said.current = said
         phrase = said.phrase
-        if _of_temperature(phrase) and not self.contexts.says_colour():
-            raise ResolveError(f"{phrase.text!r} may speak of how warm something is")
         own = self._said.of_group(said.group)
         same = [each for each in own if each.phrase == phrase]
         if len(same) > 1 and not phrase.plural:  # "ball, ball, block"
@@ -84,10 +81,6 @@ class PhraseObjects:
             return list(phrase.objects)
         if phrase.kind in ("all", "rest", "pronoun"):
             found = self._general(phrase)
-        elif phrase.kind == "twin":
-            found = self._twin(phrase)
-        elif any(test.kind == "contrast" for each in phrase.tests for test in each):
-            found = self._opposed(phrase)
         else:
             whole = phrase.without and phrase.count != 1  # the number is that of what is left
             found = self._best(replace(phrase, count=None, plural=True) if whole else phrase)
@@ -133,39 +126,6 @@ class PhraseObjects:
         elif one := self._told.one():
             return one
         raise ResolveError(f"it is not said what {phrase.text!r} stands for")
-
-    def _twin(self, phrase: Phrase) -> list[int]:
-        """Find what is of the kind, or of the colour, of the object that was named last."""
-        for before in reversed(self._said.mentioned()):
-            if len(before) != 1:
-                continue
-            others = [i for i in self._there.everything() if i != before[0]]
-            of_kind = [i for i in others if self._there.head(i) == self._there.head(before[0])]
-            of_colour = [] if phrase.plural else self.choice.of_same_colour(before[0], others)
-            for alike in (of_kind, of_colour):
-                found = self.choice.fitting(phrase, alike)
-                sized = any(each[0].kind == "size" for each in phrase.tests)
-                if sized and not phrase.plural and len(alike) > 1:
-                    break  # "its little sister" is the smaller of two, and not the smallest of all
-                if found and (phrase.plural or len(found) == 1) and phrase.count in (None, len(found)):
-                    return found
-        raise ResolveError(f"it is not clear what {phrase.text!r} belongs to")
-
-    def _opposed(self, phrase: Phrase) -> list[int]:
-        """Find what differs from an earlier phrase as a clause says: "the apple that's not red, the apple that is"."""
-        negated = any(test.kind == "contrast" and test.negated for each in phrase.tests for test in each)
-        tests = tuple(each for each in phrase.tests if each[0].kind != "contrast")
-        for before in reversed(self._said.before()):
-            telling = [test for each in before.phrase.tests for test in each if test.kind not in ("place", "contrast")]
-            if not telling or before.phrase.rank is not None:
-                continue
-            if any(test.negated for test in telling) == negated:
-                break
-            noun = phrase.noun or before.phrase.noun
-            base = self._there.meanings(noun[-1])[0] if noun else self._there.everything()
-            left = [i for i in base if i not in (before.found or ())]
-            return self._counted(phrase, self.choice.fitting(replace(phrase, tests=tests), left))
-        raise ResolveError(f"it is not clear what {phrase.text!r} leaves out")
 
     def _best(self, phrase: Phrase) -> list[int]:
         """Find the objects in the first meaning of the noun in which as many fit as the phrase speaks of."""
@@ -303,10 +263,6 @@ def _compares_two(phrase: Phrase) -> bool:
     """Tell whether a phrase without a noun is the "taller one" of two."""
     alone = not phrase.noun and not phrase.plural and phrase.among is None and len(phrase.tests) == 1
     return alone and phrase.rank is None and phrase.tests[0][0].kind == "size" and phrase.tests[0][0].value > 0
-
-
-def _of_temperature(phrase: Phrase) -> bool:
-    return any(test.kind == "hue" and test.word in TEMPERATURES for each in phrase.tests for test in each)
 
 
 def _of_several(phrase: Phrase, group: PhraseGroup, alone: bool) -> Phrase:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from grounding.resolve.clauses import clauses_after
 from grounding.resolve.determiners import OWNERS, determiners_at
-from grounding.resolve.errors import ResolveError
 from grounding.resolve.head_nouns import COMPARED, behind_noun, head_at
 from grounding.resolve.measures import COUNTS
 from grounding.resolve.phrase import Draft, Phrase
 from grounding.resolve.phrase_text import PhraseText
-from grounding.resolve.place_words import SIDES, sides_at, universal_at
+from grounding.resolve.place_words import sides_at, universal_at
 from grounding.resolve.premodifiers import adjectives_at
 from grounding.resolve.referents import Referents
 
@@ -22,12 +20,6 @@ _ANY = frozenset("whatever what anything everything all whichever something".spl
 _THOSE = (("that", "which"), ("those", "that"), ("those", "which"), ("such", "as"))
 # What may follow "everything" without choosing from it.
 _AFTER_ALL = frozenset("and , except but bar save without minus excluding barring not apart aside with or".split())
-
-
-_ROW = re.compile(
-    r"(?:every one of |all of )?(?:the |that |my )?(?P<side>\w+)(?: hand)? (?P<row>row|line|rank|column|file)"
-    r"(?: of (?:the |my )?(?P<noun>\w+))?(?= |$)"
-)
 
 
 class PhraseParser:
@@ -84,8 +76,6 @@ class PhraseParser:
         return self._read[key]
 
     def _phrase(self, place: int, excepting: bool) -> tuple[Phrase, int] | None:
-        if (row := self._row(place)) is not None:
-            return row
         draft = Draft()
         at = self._whole(place, draft)
         if at is None:
@@ -97,22 +87,6 @@ class PhraseParser:
         if draft.bare and draft.count is None and not draft.chooses:
             return None
         return draft.finished(" ".join(self.words[place:end])), end
-
-    def _row(self, place: int) -> tuple[Phrase, int] | None:
-        """Read "the back row of blocks", in which they stand already."""
-        said = _ROW.match(" ".join(self.words[place:]))
-        side = SIDES.get(said["side"], "") if said is not None else ""
-        if said is None or side not in ("near", "far", "left", "right", "middle"):
-            return None
-        column, noun, there = said["row"] in ("column", "file"), said["noun"], self.text.there
-        if side != "middle" and column != (side in ("left", "right")):
-            return None  # "the left row" is none of the rows that run from left to right
-        meant = there.meanings(noun) if noun and there.is_noun(noun) else [there.everything()]
-        try:
-            row = there.places.row(meant[0], side, column) if meant else None
-        except ResolveError:
-            return None
-        return (Phrase(said.group(), "known", objects=tuple(row)), place + len(said.group().split())) if row else None
 
     def _noun_phrase(self, place: int, draft: Draft) -> int | None:
         at = adjectives_at(self.text, determiners_at(self.text, place, draft), draft)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 from grounding.resolve.adjectives import colours_of, property_of, size_of, use_of
@@ -17,19 +16,11 @@ _IS = frozenset("is are was were be being looks look stands stand sits sit lies 
 _FILLING = frozenset(
     "called named lying standing sitting very really currently already either both also itself".split()
 )
-# A clause of which the rest was said before: "the apple that is not red, the apple that is".
-_LEFT_OUT = re.compile(
-    r"(?:(?:that|which|who|as) (?:is|are|does|do|can)|(?:that |which )?(?:you|i|we|one) (?:can|do)|(?:is|are)(?= not))"
-    r"( not)?$"
-)
 _JOINTS = frozenset(("and", "or", "nor", ",", "but", "yet"))
 
 
 def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     """Read a clause into a draft; return the place after it, or `None` where none stands here or is not understood."""
-    if (left_out := _LEFT_OUT.match(" ".join(parser.words[at:]))) is not None and (at or not draft.bare):
-        draft.test(Test("contrast", negated=left_out.group(1) is not None))
-        return len(parser.words)
     place = at
     linked = parser.word(place) in _LINKS
     place += linked

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from grounding.resolve.adjectives import HUES, IDLE, MIDDLE, MIDDLING, colours_of, property_of, size_of, use_of
+from grounding.resolve.adjectives import IDLE, MIDDLE, MIDDLING, colours_of, property_of, size_of, use_of
 from grounding.resolve.determiners import PIECES
 from grounding.resolve.function_words import ORDINALS
 from grounding.resolve.lexicon import GENERAL, GROUPS
 from grounding.resolve.measures import COUNTS
-from grounding.resolve.phrase import Draft, Phrase, Rank, Test
+from grounding.resolve.phrase import Draft, Rank, Test
 from grounding.resolve.phrase_text import JOINTS, PhraseText
 from grounding.resolve.place_words import SIDES
 from grounding.resolve.word_forms import singular
@@ -36,56 +36,20 @@ def _adjective(text: PhraseText, at: int, draft: Draft, later: bool) -> int | No
     if not word or f"{word} {singular(text.word(at + 1))}" in GROUPS:  # "hand tools"
         return None
     readers: tuple[Callable[[PhraseText, int, Draft, bool], int | None], ...] = (
-        _denied, _sorted, _order, _place, _quality, _described,
+        _denied, _order, _place, _quality, _described,
     )  # fmt: skip
     return next((end for read in readers if (end := read(text, at, draft, later)) is not None), None)
 
 
 def _denied(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
-    """Read what the objects are not: "non-white", "non-fruit items", "opaque"."""
-    if text.word(at) == "opaque" and text.noun_at(at + 1):
-        draft.test(Test("colour", "clear", negated=True))
-        return at + 1
-    if text.word(at) not in ("non", "not"):
+    """Read what the objects are not: "non-white"."""
+    colours = text.colours_at(at + 1) if text.word(at) == "non" else None
+    if colours is None:
         return None
-    word, following = text.word(at + 1), text.word(at + 2)
-    if (colours := text.colours_at(at + 1)) is not None:
-        for colour in colours[0]:
-            draft.test(replace(colour, negated=True))
-        end = colours[1]
-        return end + (text.word(end) in (",", "and") and text.word(end + 1) == "non")  # "non-red, non-blue"
-    if property_of(word) is not None:
-        draft.test(Test("property", word, negated=True))
-        return at + 2
-    if text.there.is_noun(word) and (following in GENERAL or following in ("one", "ones")):
-        draft.test(Test("kind", other=Phrase(word, noun=(word,), plural=True, every=True), negated=True))
-        return at + 2
-    return None
-
-
-def _sorted(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
-    """Read "odd", "identical", "paired", "coloured" or "warm"."""
-    word = text.word(at)
-    if word == "odd":
-        draft.test(Test("odd"))
-    elif word in ("identical", "matching") and (text.noun_at(at + 1) or text.word(at + 1) == "pair"):
-        draft.test(Test("equal"))
-    elif word in ("paired", "twinned") and text.noun_at(at + 1):
-        draft.test(Test("lonely", negated=True))
-    elif word == "unique" and text.noun_at(at + 1):
-        draft.test(Test("lonely"))
-    elif word in HUES and not draft.tests and (text.noun_at(at + 1) or text.colours_at(at + 1) or _hued(text, at + 1)):
-        draft.test(Test("hue", word))
-        draft.plural = draft.plural or _hued(text, at + 1)
-        return at + 1 + _hued(text, at + 1)
-    else:
-        return None
-    return at + 1
-
-
-def _hued(text: PhraseText, at: int) -> bool:
-    """Return whether "the warm colours" ends here."""
-    return text.word(at) in ("colours", "hues", "shades", "tones") and not text.noun_at(at + 1)
+    for colour in colours[0]:
+        draft.test(replace(colour, negated=True))
+    end = colours[1]
+    return end + (text.word(end) in (",", "and") and text.word(end + 1) == "non")  # "non-red, non-blue"
 
 
 def _order(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:

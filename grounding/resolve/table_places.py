@@ -136,24 +136,6 @@ class TablePlaces:
         across = away if relation in ("left of", "right of") else left
         return along > 0 and along >= least * abs(across)
 
-    def row(self, among: Sequence[int], side: str, column: bool) -> list[int] | None:
-        """Return the objects of a row in which some of them stand already; `None` where no rows stand.
-
-        Args:
-            among: the objects that may stand in it.
-            side: "near", "far", "left", "right" or "middle".
-            column: whether it runs from near to far.
-        """
-        at = {index: self.position(index)[1 if column else 0] for index in among}
-        rows: list[list[int]] = []
-        for index in sorted(among, key=at.__getitem__):
-            if not rows or at[index] - at[rows[-1][-1]] > _STEP:
-                rows.append([])
-            rows[-1].append(index)
-        if len(rows) < 2 or min(map(len, rows)) < 2 or (side == "middle" and len(rows) % 2 == 0):
-            return None
-        return sorted(rows[len(rows) // 2 if side == "middle" else 0 if side in ("near", "right") else -1])
-
     def _within(self, index: int, side: str, sides: Sequence[str]) -> bool:
         away, left = self.position(index)
         if side in ("depth", "ahead", "farther"):

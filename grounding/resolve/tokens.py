@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 
 _TOKEN = re.compile(
@@ -31,29 +30,15 @@ class Words:
         text: the instruction as it was given.
         words: in small letters, British spelling made American, hyphens taken apart.
         spans: (first, end) characters of each word in `text`.
-        sentence: the words with one space between them, which patterns are matched against.
-        starts: the place of each word in `sentence`, and the length of the sentence at last.
     """
 
     text: str
     words: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
-    sentence: str
-    starts: tuple[int, ...]
 
     def word(self, place: int) -> str:
         """Return the word at a place; empty before the first and after the last."""
         return self.words[place] if 0 <= place < len(self.words) else ""
-
-    def match(self, pattern: re.Pattern[str], place: int) -> tuple[re.Match[str], int] | None:
-        """Match whole words from a place on; return the match and the place after it."""
-        found = pattern.match(self.sentence, self.starts[place])
-        if found is None or found.end() == found.start():
-            return None
-        end = found.end()
-        if end < len(self.sentence) and self.sentence[end] != " ":
-            return None
-        return found, place + len(found.group().split())
 
     def quote(self, first: int, end: int) -> str:
         """Return the words of the text as they were written."""
@@ -62,12 +47,11 @@ class Words:
         return " ".join(self.text[self.spans[first][0] : self.spans[end - 1][1]].split())
 
 
-def split(text: str, corrected: Callable[[str], str] = str) -> Words:
+def split(text: str) -> Words:
     """Divide a text into words.
 
     Args:
         text: any string.
-        corrected: gives the right spelling of a word, or the word itself.
     """
     words: list[str] = []
     spans: list[tuple[int, int]] = []
@@ -86,7 +70,6 @@ def split(text: str, corrected: Callable[[str], str] = str) -> Words:
         elif said in _FRACTIONS:
             said = _FRACTIONS[said]
         elif said.isalpha():
-            said = corrected(said)
             said = _SPELLING.get(said, said)
         elif said[0].isdigit() or (said[0] == "." and len(said) > 1):
             said = said.replace(",", ".")
@@ -94,16 +77,7 @@ def split(text: str, corrected: Callable[[str], str] = str) -> Words:
         for word in said.split():
             words.append(word)
             spans.append(match.span())
-    return joined(text, words, spans)
-
-
-def joined(text: str, words: list[str], spans: list[tuple[int, int]]) -> Words:
-    """Make the words of a text from single ones and their places in it."""
-    starts, length = [], 0
-    for word in words:
-        starts.append(length)
-        length += len(word) + 1
-    return Words(text, tuple(words), tuple(spans), " ".join(words), (*starts, max(0, length - 1)))
+    return Words(text, tuple(words), tuple(spans))
 
 
 # Words with their apostrophes and hyphens, numbers, and single marks: the pieces that written goals copy.

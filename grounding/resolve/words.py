@@ -47,7 +47,7 @@ class WordPhrases:
                 without = phrase is not None and phrase.without
                 if everything and group.role == "structure" and len(group.texts) == 1 and not without:
                     return None
-                if kind in ("pronoun", "twin"):
+                if kind == "pronoun":
                     return ResolveError(f"it is not said what {words!r} stands for")
                 found.append(_ARTICLE.sub("", words, count=1) if kind == "objects" and _ARTICLE.match(words) else words)
         return list(dict.fromkeys(found))
