@@ -11,9 +11,8 @@ from agent.evaluation.report import interval, percent, print_table
 from agent.pipeline.reading_alone import itself, read_alone
 from agent.rendering.text import number
 from grounding.benchmark import rate
-from grounding.goal_benchmark.rows import GoalRow, free_goal_rows, goal_scenes, load_goal_rows
+from grounding.goal_benchmark.rows import GoalRow, free_goal_rows, goal_scenes, load_goal_rows, templated_goal_rows
 from grounding.goal_benchmark.scoring import is_exact_reading, score_goals
-from grounding.goal_benchmark.templates import templated_goal_rows
 from grounding.parse_result import DEFECT
 
 if TYPE_CHECKING:

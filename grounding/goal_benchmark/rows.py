@@ -1,12 +1,13 @@
 """Load the benchmark of goals: instructions, their scenes and the acceptable goals.
 
-`goals_free.jsonl` was written by hand, by other people than the training language. The scenes are in
-`goal_scenes.json`.
+`goals_free.jsonl` was written by hand, by other people than the training language; `goals_templated.jsonl.xz` is of a
+grammar. The scenes are in `goal_scenes.json`.
 """
 
 from __future__ import annotations
 
 import json
+import lzma
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -67,6 +68,13 @@ def free_goal_rows() -> list[GoalRow]:
     """Load the hand-written instructions."""
     with resources.as_file(resources.files("grounding") / "benchmark_data" / "goals_free.jsonl") as path:
         return load_goal_rows(path)
+
+
+def templated_goal_rows() -> list[GoalRow]:
+    """Load the instructions of a grammar over goals, thinned evenly: of every family of goals at most 400."""
+    packed = (resources.files("grounding") / "benchmark_data" / "goals_templated.jsonl.xz").read_bytes()
+    lines = lzma.decompress(packed).decode("utf-8").splitlines()
+    return [_row(line, f"goals_templated.jsonl, line {number}") for number, line in enumerate(lines, start=1)]
 
 
 def load_goal_rows(path: str | Path) -> list[GoalRow]:
