@@ -11,8 +11,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from grounding.dialogue.act_patterns import WORDINGS
-from grounding.dialogue.act_words import COLORS, NO_THING, PARTS, RELATIONS_SAID
+from grounding.dialogue.act_words import COLORS, NO_THING, PARTS, RELATIONS_SAID, WORDINGS
 from grounding.resolve.word_forms import FORMS
 
 _LONGEST = 160  # characters: nobody takes more to ask what is on the table
@@ -49,15 +48,10 @@ def _compiled(wording: str) -> re.Pattern[str]:
     return re.compile(re.sub(r"\((?!\?)", "(?:", wording))
 
 
-def _wordings(kind: str) -> list[re.Pattern[str]]:
-    lines = re.sub(r"\\\n\s*", "", WORDINGS[kind]).splitlines()
-    return [_compiled(line.strip()) for line in lines if line.strip()]
-
-
 @cache
 def _patterns() -> list[tuple[str, re.Pattern[str]]]:
     """Compile all wordings, when the first line is read: a chat shows its prompt before that."""
-    return [(kind, pattern) for kind in KINDS for pattern in _wordings(kind)]
+    return [(kind, _compiled(line.strip())) for kind in KINDS for line in WORDINGS[kind].splitlines()]
 
 
 _PLACED = _compiled("<THING>( (that|which) (is|are|stands?|lies?)| standing| lying)? <REL> <THE><OTHER>")

@@ -158,7 +158,8 @@ def test_a_long_phrase_is_read_in_short_time():
 
 def test_a_demonstrative_points_at_what_was_named_last():
     groups = PhraseGroup(("the mug between the blue tin and the teapot",)), PhraseGroup(("that mug",), "reference")
-    assert resolve(SHELF, *groups, text="push the mug between the blue tin and the teapot, and put that mug down")[1] == [3]
+    text = "push the mug between the blue tin and the teapot, and put that mug down"
+    assert resolve(SHELF, *groups, text=text)[1] == [3]
 
 
 def test_a_number_of_them_is_everything_only_where_it_fits():
