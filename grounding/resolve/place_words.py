@@ -12,13 +12,13 @@ SIDES = {
     "rear": "far", "far": "far", "top": "far", "middle": "middle", "leftmost": "left", "rightmost": "right",
     "lefthand": "left", "righthand": "right", "nearest": "near", "closest": "near", "nearer": "near", "closer": "near",
     "foremost": "near", "frontmost": "near", "forward": "near", "forwards": "near", "rearmost": "far",
-    "backmost": "far", "hindmost": "far", "furthest": "far", "further": "far", "remotest": "far", "outer": "outer",
-    "outermost": "outer", "centremost": "middle", "middlemost": "middle", "rearward": "far", "upper": "far",
+    "backmost": "far", "hindmost": "far", "furthest": "far", "further": "far", "remotest": "far",
+    "centremost": "middle", "middlemost": "middle", "rearward": "far", "upper": "far",
     "lower": "near",
 }  # fmt: skip
 _FILLING = frozenset(
     "the my your our very most way all over right directly immediately just at on in to by from of toward along and "
-    "exact exactly extreme absolute dead row column side end edge corner corners half third part area border hand "
+    "exact exactly extreme absolute dead row column side end edge corner half third part area border hand "
     "table desk bench away back position place spot rank line centre".split()
 )
 _START = re.compile(
@@ -43,7 +43,7 @@ _AWAY = re.compile(
     r"(?: away| back| off| forward)?$"
 )
 _OF_CENTRE = re.compile(r"(?:to the )?(left|right) of (?:the )?middle\b")
-_EXTREME = re.compile(r"(?:the )?(leftmost|rightmost|rearmost|frontmost|foremost|backmost|hindmost|outermost)\b")
+_EXTREME = re.compile(r"(?:the )?(leftmost|rightmost|rearmost|frontmost|foremost|backmost|hindmost)\b")
 
 
 def sides_at(words: Sequence[str], at: int) -> tuple[tuple[str, ...], int] | None:
@@ -67,8 +67,7 @@ def sides_at(words: Sequence[str], at: int) -> tuple[tuple[str, ...], int] | Non
         first = at + len(found.group().split()) - 1
         sides = _side(words, first)
         if words[first - 1] in ("far", "near") and words[first] in ("left", "right", "middle"):
-            near = "near" if words[first - 1] == "near" else "far" if words[first] == "middle" else "farther"
-            sides = (near, *sides)
+            sides = (words[first - 1], *sides)
         more, end = _more(words, first + 1)
         return tuple(dict.fromkeys((*sides, *more))), end
     if (found := _AWAY.match(rest)) is not None:
@@ -91,8 +90,6 @@ def _more(words: Sequence[str], at: int) -> tuple[tuple[str, ...], int]:
     while end < len(words):
         if words[end] in SIDES and words[end] not in ("top", "bottom"):
             sides += _side(words, end)
-        elif words[end] == "corners":
-            sides.append("outer")
         elif words[end] == "me" and sides:
             sides.append("near")
         elif words[end] not in _FILLING:

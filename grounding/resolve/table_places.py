@@ -44,27 +44,19 @@ class TablePlaces:
 
         Args:
             found: the objects.
-            sides: of "left", "right", "near", "far", "middle", "outer", "depth" (the middle from near to far), "ahead"
-                (of the speaker) and "farther" (rather far, as in "the far left").
+            sides: of "left", "right", "near", "far", "middle", "depth" (the middle from near to far) and "ahead" (of
+                the speaker, said of one).
             many: whether the phrase speaks of several.
             count: of how many; `None` where it does not say.
         """
         if len(found) < 2:
             return list(found)
-        if "outer" in sides:
-            others = [side for side in sides if side != "outer"]
-            return self._outer(
-                [i for i in found if all(self._within(i, side, others) for side in others)] or list(found)
-            )
-        within = [i for i in found if all(self._within(i, side, sides) for side in sides)]
-        if "farther" in sides or (list(sides) == ["middle"] and not many):
-            there = "far" if "farther" in sides else "depth"
-            corner = [i for i in within if self._within(i, there, sides)]
-            within = corner if len(corner) == (count or 1) else within
         wanted = count if count is not None else (None if many else 1)
-        if wanted != 1:
-            sides = [side for side in sides if side != "ahead"] or list(sides)
-            within = [i for i in found if all(self._within(i, side, sides) for side in sides)]
+        sides = [side for side in sides if side != "ahead" or wanted == 1]
+        within = [i for i in found if all(self._within(i, side, sides) for side in sides)]
+        if list(sides) == ["middle"] and not many:
+            amid = [i for i in within if self._within(i, "depth", sides)]
+            within = amid if len(amid) == (count or 1) else within
         if wanted is None:
             return within or self._outermost(found, sides)
         if len(within) == wanted:
@@ -138,13 +130,10 @@ class TablePlaces:
 
     def _within(self, index: int, side: str, sides: Sequence[str]) -> bool:
         away, left = self.position(index)
-        if side in ("depth", "ahead", "farther"):
-            return _NEAR <= away <= _FAR if side == "depth" else abs(left) <= _LATERAL if side == "ahead" else True
-        if side == "middle":
-            lateral, depth = abs(left) <= _LATERAL, _NEAR <= away <= _FAR
-            if "left" in sides or "right" in sides:
-                return depth
-            return lateral
+        if side == "depth" or (side == "middle" and ("left" in sides or "right" in sides)):
+            return _NEAR <= away <= _FAR
+        if side in ("middle", "ahead"):
+            return abs(left) <= _LATERAL
         return {"left": left > _LATERAL, "right": left < -_LATERAL, "near": away < _NEAR, "far": away > _FAR}[side]
 
     def _badness(self, index: int, sides: Sequence[str]) -> float:
@@ -153,10 +142,10 @@ class TablePlaces:
             return math.dist((away, left), _CENTRE)
         total = 0.0
         for side in sides:
-            if side in ("depth", "ahead", "farther"):
-                total += abs(away - _CENTRE[0]) if side == "depth" else abs(left) if side == "ahead" else -0.25 * away
-            elif side == "middle":
-                total += abs(away - _CENTRE[0]) if "left" in sides or "right" in sides else abs(left)
+            if side == "depth" or (side == "middle" and ("left" in sides or "right" in sides)):
+                total += abs(away - _CENTRE[0])
+            elif side in ("middle", "ahead"):
+                total += abs(left)
             else:
                 total += self.along(side)(index)
         return total
@@ -185,7 +174,3 @@ class TablePlaces:
         left = sorted(self.position(i)[1] for i in found)[len(found) // 2]
         there = [i for i in found if math.dist(self.position(i), (away, left)) < _STEP]
         return there[0] if len(there) == 1 and len(found) % 2 else None
-
-    def _outer(self, found: Sequence[int]) -> list[int]:
-        across = sorted(found, key=lambda i: self.position(i)[1])
-        return sorted((across[0], across[-1]))
