@@ -118,32 +118,6 @@ EXPLETIVES = frozenset(
 TELLING_ADJECTIVES = ADJECTIVES | frozenset((*SAME_WORDS, *COLOR_WORDS, *MEASURES, *SUPERLATIVES)) | UNJUDGED
 
 
-def is_color(word: str) -> bool:
-    """Tell whether the word names a colour."""
-    return _plain_color(word) in COLOR_WORDS
-
-
-def _plain_color(word: str) -> str:
-    """Return "red" for "reddish"."""
-    stem = word.removesuffix("ish")
-    return next((form for form in (word, stem, stem[:-1], f"{stem}e") if form in COLOR_WORDS), word)
-
-
-def of_color(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
-    """Find the objects that a colour word fits, by their best name, else by another; `None` if one has no colour.
-
-    Args:
-        word: one that names a colour.
-        objects: the known attributes of each object.
-    """
-    colors = [() if each is None else each.colors for each in objects]
-    if not all(colors):
-        return None
-    wanted = COLOR_WORDS[_plain_color(word)]
-    best = [i for i, own in enumerate(colors) if own[0] in wanted]
-    return best or [i for i, own in enumerate(colors) if any(color in wanted for color in own)]
-
-
 def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] | None:
     """Find the objects that an adjective of size fits, compared with each other.
 

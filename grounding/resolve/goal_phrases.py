@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from grounding.resolve.attributes import TELLING_ADJECTIVES
-from grounding.resolve.described_kinds import described_objects
 from grounding.resolve.errors import Doubt, ResolveError
 from grounding.resolve.function_words import FUNCTION_WORDS
 from grounding.resolve.object_names import as_named, meant_noun
@@ -119,13 +118,7 @@ class GoalPhrases:
                 try:
                     said.found = self._objects.find(said, groups[said.group])
                 except (Doubt, ResolveError) as problem:
-                    error: Exception = problem
-                    try:
-                        said.found = described_objects(said.source, self._there, self.notes)
-                    except Doubt as doubt:
-                        error = doubt
-                    if said.found is None:
-                        problems[said.group] = self._explained(said, error)
+                    problems[said.group] = self._explained(said, problem)
         return problems
 
     def _explained(self, said: SaidPhrase, error: Exception) -> Exception:

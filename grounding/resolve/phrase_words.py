@@ -18,23 +18,17 @@ _CONTRACTIONS = {
 }  # fmt: skip
 # Dialect, children's words and shorthand, as they stand in written instructions.
 _DIALECT = {
-    "da": "the", "di": "the", "de": "the", "teh": "the", "th": "the", "th'": "the", "dem": "them", "em": "them",
-    "yin": "one", "yins": "ones", "un": "one", "uns": "ones", "lil": "little", "wee": "little", "ickle": "little",
-    "teeny": "tiny", "weeny": "tiny", "titchy": "tiny", "dinky": "tiny", "littlest": "smallest", "tiniest": "smallest",
-    "yella": "yellow", "yellas": "yellows", "blox": "blocks", "bloks": "blocks", "blok": "block", "nana": "banana",
-    "toofbrush": "toothbrush", "ma": "my", "mah": "my", "me": "my", "mi": "my", "n": "and", "an": "and", "wiv": "with",
-    "wi": "with", "w": "with", "&": "and", "+": "and", "/": "and", "o": "of", "ov": "of", "gray": "grey",
-    "centre": "middle", "center": "middle", "central": "middle", "centred": "middle", "colored": "coloured",
-    "color": "colour", "colors": "colours", "towards": "toward", "shorty": "short one", "upon": "on", "atop": "on",
-    "furtherest": "furthest", "farthest": "furthest", "farther": "further", "ither": "other", "t'other": "the other",
+    "da": "the", "di": "the", "teh": "the", "dem": "them", "em": "them", "un": "one", "uns": "ones", "yins": "ones",
+    "lil": "little", "wee": "little", "littlest": "smallest", "tiniest": "smallest", "yella": "yellow",
+    "yellas": "yellows", "blox": "blocks", "bloks": "blocks", "nana": "banana", "me": "my", "n": "and", "an": "and",
+    "&": "and", "+": "and", "/": "and", "w": "with", "gray": "grey", "centre": "middle", "center": "middle",
+    "central": "middle", "colored": "coloured", "color": "colour", "colors": "colours", "towards": "toward",
+    "upon": "on", "farthest": "furthest", "farther": "further",
 }  # fmt: skip
 _TOGETHER = (
     ("left hand", "left"), ("right hand", "right"), ("screw driver", "screwdriver"), ("see through", "clear"),
-    ("most near", "nearest"), ("most close", "closest"), ("most far", "furthest"), ("most distant", "furthest"),
-    ("most left", "leftmost"), ("most right", "rightmost"), ("more right", "rightmost"), ("more left", "leftmost"),
-    ("more near", "nearer"), ("more close", "closer"),
-    ("more far", "further"), ("more distant", "further"), ("further off", "further away"),
-    ("furthest off", "furthest away"), ("what is the", "that is the"),
+    ("most near", "nearest"), ("most distant", "furthest"), ("more near", "nearer"), ("more far", "further"),
+    ("further off", "further away"), ("furthest off", "furthest away"),
 )  # fmt: skip
 
 
@@ -52,9 +46,6 @@ def plain_words(text: str, corrected: Callable[[str], str]) -> tuple[str, ...]:
     text = _WITH.sub(lambda found: "without " if found.group(1) else "with ", text.replace("’", "'"))
     for match in _TOKEN.finditer(text.lower()):
         word = match.group()
-        if word.startswith("t'") and word not in _DIALECT and len(word) > 3:
-            words += ["the", corrected(word[2:])]  # "t'drivers"
-            continue
         word = word.lstrip("'")
         if word == "me" and words and words[-1] in _BEFORE_ME:
             words.append("me")

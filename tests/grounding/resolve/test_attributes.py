@@ -1,15 +1,6 @@
-"""Colours and sizes by which objects are told apart."""
+"""Sizes by which objects are told apart."""
 
-from grounding.resolve.attributes import ObjectAttributes, by_size, of_color, of_size
-
-
-def test_colour_names_fit_by_their_best_name_first():
-    known = [ObjectAttributes(("brown", "orange")), ObjectAttributes(("orange",)), ObjectAttributes(("red",))]
-    assert of_color("orange", known) == [1]
-    assert of_color("orange", [known[0], known[2]]) == [0]
-    assert of_color("maroon", known) == [0, 2]
-    assert of_color("blue", known) == []
-    assert of_color("red", [*known, None]) is None
+from grounding.resolve.attributes import ObjectAttributes, by_size, of_size
 
 
 def test_sizes_split_at_the_widest_step():
