@@ -11,9 +11,9 @@ from typing import Any, Protocol
 
 from grounding.benchmark import rate
 from grounding.goal_benchmark.rows import GoalRow, goal_scenes
-from grounding.goals.comparison import GoalComparison, compare_goals
-from grounding.goals.goal import MAX_PARTS, Goal
-from grounding.goals.parts import GoalError, Part, PartReference, StructurePart
+from grounding.goals.comparison import GoalComparison, compare_goals, one_by_one
+from grounding.goals.goal import Goal
+from grounding.goals.parts import Part, PartReference, StructurePart
 
 _ARTICLES = frozenset(("the", "a", "an", "all", "my", "your", "these", "those"))
 
@@ -30,12 +30,12 @@ class GoalReading(Protocol):
 def compare_with_row(goal: Goal, row: GoalRow) -> tuple[GoalComparison, Goal]:
     """Compare a goal with the acceptable goal of a row that it is closest to; return the comparison and that goal.
 
-    In a scene, "everything else" and the list of all other objects are the same. So are a relation of several objects
-    and the same relation of each: "both markers in the mug".
+    Without a scene, the objects' words are spelled plainly.
     """
-    count = None if row.scene is None else len(goal_scenes()[row.scene])
-    read = _spelled(goal, count)
-    pairs = ((compare_goals(read, _spelled(truth, count)), truth) for truth in row.goals)
+    if row.scene is None:
+        pairs = [(compare_goals(_plain(goal), _plain(truth)), truth) for truth in row.goals]
+    else:
+        pairs = [(compare_goals(goal, truth, len(goal_scenes()[row.scene])), truth) for truth in row.goals]
     return min(pairs, key=lambda pair: _badness(pair[0]))
 
 
@@ -43,41 +43,8 @@ def _badness(found: GoalComparison) -> tuple[bool, int, int]:
     return not found.exact, len(found.dropped) + len(found.false_parts), len(found.false_fills) + len(found.wrong)
 
 
-def _spelled(goal: Goal, count: int | None) -> Goal:
-    """Give relations one object each, and write `objects: null` out in a scene of `count` objects.
-
-    Without a scene, the objects' words are spelled plainly instead.
-    """
-    if count is None:
-        return _one_by_one(Goal(tuple(_plain_words(part) for part in goal.parts)))
-    try:
-        return _one_by_one(goal.resolved(count))
-    except GoalError:  # nothing is left for "everything else": that is compared as it stands
-        return _one_by_one(goal)
-
-
-def _one_by_one(goal: Goal) -> Goal:
-    """Split relations of several objects into one per object, except "swapped"."""
-    places = {}  # of each part in the divided goal
-    divided: list[Part] = []
-    for number, part in enumerate(goal.parts):
-        places[number] = len(divided)
-        if isinstance(part, StructurePart) or part.relation == "swapped" or isinstance(part.objects, PartReference):
-            divided.append(part)
-        else:
-            divided += [replace(part, objects=(one,)) for one in part.objects]
-
-    def moved(objects: Any) -> Any:
-        return PartReference(places[objects.part]) if isinstance(objects, PartReference) else objects
-
-    if len(divided) == len(goal.parts) or len(divided) > MAX_PARTS:
-        return goal
-    return Goal(tuple(
-        part
-        if isinstance(part, StructurePart)
-        else replace(part, objects=moved(part.objects), reference=moved(part.reference))
-        for part in divided
-    ))  # fmt: skip
+def _plain(goal: Goal) -> Goal:
+    return Goal(tuple(map(_plain_words, goal.parts)))
 
 
 def _plain_words(part: Part) -> Part:
@@ -135,8 +102,8 @@ def score_goals(rows: Sequence[GoalRow], readings: Sequence[GoalReading]) -> dic
     for row, reading in pairs:
         strata[row.stratum].append(is_exact_reading(row, reading))
     misread = sum(not one.exact for one in found) + sum(reading.status == "ok" for _, reading in idle)
-    true_parts = sum(len(_one_by_one(truth).parts) for *_, truth in read)
-    read_parts = sum(len(_one_by_one(goal).parts) for goal, *_ in read)
+    true_parts = sum(len(one_by_one(truth)) for *_, truth in read)
+    read_parts = sum(len(one_by_one(goal)) for goal, *_ in read)
     return {
         "exact": rate(sum(map(sum, strata.values())), len(pairs)),
         "with_answer": rate(sum(is_right_with_an_answer(row, reading) for row, reading in pairs), len(pairs)),

@@ -47,7 +47,7 @@ def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComp
         truth: the true goal.
         count: of objects in the scene; `None` if no scene is known.
     """
-    ours, theirs = _one_by_one(read, count), _one_by_one(truth, count)
+    ours, theirs = one_by_one(read, count), one_by_one(truth, count)
     matching: dict[int, int] = {}
     for depth in (0, 1):  # references to parts are compared once the parts that they mean are matched
         known = dict(matching)
@@ -71,8 +71,10 @@ def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComp
     return GoalComparison(exact, dropped, extra, tuple(fills), tuple(wrong))
 
 
-def _one_by_one(goal: Goal, count: int | None) -> tuple[Part, ...]:
-    """Return the parts in a canonical form, with relations of one object each and all objects by index."""
+def one_by_one(goal: Goal, count: int | None = None) -> tuple[Part, ...]:
+    """Return the parts in a canonical form, with relations of one object each and, in a scene of `count` objects, all
+    objects by index.
+    """
     with suppress(GoalError):  # nothing is left to take: it stays as it was written
         goal = goal.resolved(count) if count is not None else goal
     goal = goal.canonical()
