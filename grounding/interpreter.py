@@ -28,7 +28,7 @@ from grounding.propose.proposal import Proposal, WordedGoal
 from grounding.propose.resolution import resolved
 from grounding.propose.stand_ins import StandIns
 from grounding.resolve.articles import definite_where_single
-from grounding.resolve.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject, scene_objects
 from grounding.resolve.numbered_names import numbered_apart
 from grounding.resolve.object_names import as_named
 from grounding.resolve.referents import Referents
@@ -203,11 +203,11 @@ class Interpreter:
         """
         shapes = (*drawn, *(part.shape for part in before.structures))
         context = Asked(self._as_spoken(before), question, tuple(turns), drawings_among(shapes))
-        return self._interpreted([text], _scene_objects(objects), context)[0]
+        return self._interpreted([text], scene_objects(objects), context)[0]
 
     def interpret_many(self, texts: Sequence[str], objects: Objects | None = None) -> list[Interpretation]:
         """Interpret many instructions about the same objects, faster than one by one; see `interpret`."""
-        return self._interpreted(texts, _scene_objects(objects), Asked())
+        return self._interpreted(texts, scene_objects(objects), Asked())
 
     def _interpreted(
         self, texts: Sequence[str], objects: Sequence[SceneObject] | None, context: Asked
@@ -308,7 +308,7 @@ class Interpreter:
         self, found: Interpretation, said: _Said, chosen: Candidate, objects: Objects, catalogue: bool
     ) -> Interpretation:
         """Find the objects of a goal that was decided on where no scene was known; see `Interpretation.among`."""
-        there, words = _scene_objects(objects) or [], chosen.proposal.worded
+        there, words = scene_objects(objects) or (), chosen.proposal.worded
         assert words is not None  # every goal was proposed in words
         proposal = resolved(words, said.heard, there, self.encoder, catalogue, self.viewpoint == "opposite")
         known = {name: getattr(found, name) for name in ("seconds", "fallback", "probability", "by_model")}
@@ -329,7 +329,7 @@ class Interpreter:
         self, text: str, objects: Objects | None = None, before: Goal = Goal()
     ) -> tuple[list[Candidate], list[Proposal]]:
         """Return what would be decided on: the goals that can be built, judged, and all proposals; see `interpret`."""
-        there = _scene_objects(objects)
+        there = scene_objects(objects)
         (said,) = self._read([text], there, Asked(self._as_spoken(before)))
         proposals = self._proposals(said, there)
         return self._candidates(said, proposals, there), proposals
@@ -379,9 +379,3 @@ def _unused(named: Sequence[NamedObjects], said: _Said, one: Proposal) -> tuple[
 
 def _lost_numbers(said: _Said, one: Proposal) -> tuple[str, ...]:
     return () if one.goal is None else lost_numbers(said.as_taught, one.goal, _phrases(one), said.before)
-
-
-def _scene_objects(objects: Objects | None) -> list[SceneObject] | None:
-    if objects is None:
-        return None
-    return [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects]

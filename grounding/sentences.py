@@ -13,7 +13,7 @@ from grounding.propose.proposal import Proposal
 from grounding.resolve.tokens import words_of
 from grounding.spec import SHAPES
 from grounding.verify.feasibility import infeasible
-from grounding.verify.wording import worded_goal, worded_objects
+from grounding.verify.wording import listed, worded_goal, worded_objects
 
 GOAL = "goal"  # what a question asks for whose options are goals
 
@@ -44,7 +44,7 @@ def goal_question(text: str, decision: Decision, names: Sequence[str] | None) ->
         return decision.chosen.proposal.question
     options = tuple(describe_parts(goal.parts, names) for goal in decision.offered)
     if decision.probability >= BUILD and decision.chosen is not None and decision.chosen.lost:
-        why = f"this may leave out {_quoted(decision.chosen.lost)} of {shortened(text)!r}"
+        why = f"this may leave out {listed(list(map(repr, decision.chosen.lost)))} of {shortened(text)!r}"
     elif decision.probability < OFFER:
         why = f"{shortened(text)!r} does not say clearly which objects or which place are meant"
     else:
@@ -70,7 +70,7 @@ def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: 
         return f"{said!r} does not say clearly which objects or which place are meant; name them, or {instead}"
     if chosen is not None and chosen.proposal.goal is not None and _is_part(chosen.lost, text):
         rest = worded_goal(chosen.proposal.goal, names)
-        return f"no goal can hold {_quoted(chosen.lost)} of {said!r}; leave it out: say {rest!r}"
+        return f"no goal can hold {listed(list(map(repr, chosen.lost)))} of {said!r}; leave it out: say {rest!r}"
     if likeliest.answer:
         return f"{nothing}; {instead}"
     return f"it is not certain what {said!r} means; {instead}"
@@ -111,8 +111,4 @@ def _help(names: Sequence[str] | None) -> str:
 
 def doubts(lost: Sequence[str]) -> tuple[str, ...]:
     """Return a note on the words of which a goal that is built may hold nothing."""
-    return (f"perhaps built without {_quoted(lost)}: say so if this changes the wish",) if lost else ()
-
-
-def _quoted(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(map(repr, words[:-1])), repr(words[-1]))))
+    return (f"perhaps built without {listed(list(map(repr, lost)))}: say so if this changes the wish",) if lost else ()

@@ -11,7 +11,7 @@ from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.errors import ResolveError
 from grounding.resolve.goal import resolve_phrase
-from grounding.resolve.object_names import read_name
+from grounding.resolve.object_names import telling_words
 from grounding.resolve.referents import Referents
 from grounding.resolve.word_forms import singular
 
@@ -97,14 +97,8 @@ def _by_words(
         has = {singular(word) for word in _WORD.findall(option.lower())}
         for index in named[number] - shared:
             if isinstance(index, int) and index < len(objects):
-                has |= _words_of(objects[index])
-        has |= next((_words_of(one) for one in objects if one.name.lower() == option.lower()), set())
+                has |= telling_words(objects[index])
+        has |= next((telling_words(one) for one in objects if one.name.lower() == option.lower()), set())
         own.append(has)
     meant = [number for number, has in enumerate(own) if words and all(singular(word) in has for word in words)]
     return tuple(meant) if len(meant) < len(question.options) else ()
-
-
-def _words_of(one: SceneObject) -> set[str]:
-    name = read_name(one.name)
-    colours = one.attributes.colors if one.attributes is not None else ()
-    return {*name.words, *name.heads, *colours}

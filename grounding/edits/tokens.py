@@ -9,7 +9,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import Part, StructurePart
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.measures import length_at, number_at
-from grounding.resolve.object_names import read_name
+from grounding.resolve.object_names import read_name, telling_words
 from grounding.resolve.tokens import Words, split
 from grounding.resolve.word_forms import singular
 from grounding.structure_words import words_of
@@ -198,9 +198,7 @@ def _objects(goal: Goal, objects: Sequence[SceneObject], said: Words, place: int
 
 
 def _words(one: SceneObject, after: bool) -> set[str]:
-    name = read_name(one.name)
-    colours = one.attributes.colors if one.attributes is not None else ()
-    return {*name.words, *name.heads, *colours} | ({str(name.number or 1)} if after else set())
+    return telling_words(one) | ({str(read_name(one.name).number or 1)} if after else set())
 
 
 def _named(goal: Goal) -> set[int]:

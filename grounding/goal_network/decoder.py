@@ -12,7 +12,7 @@ import numpy as np
 
 from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF, Action
 from grounding.goal_network.word_presence import PRESENCES
-from grounding.parsers.bert import EncoderLayer, Linear, Normalisation, gelu, layer_sizes, softmax
+from grounding.parsers.bert import EncoderLayer, Linear, Normalisation, gelu, layer_sizes, softmax, under
 
 ENCODER_WIDTH, ENCODER_HEADS = 384, 12
 WIDTH, HEADS, POSITIONS = 256, 4, 128
@@ -92,7 +92,7 @@ class GoalDecoder:
         self.state = {name: array.astype(np.float32, copy=False) for name, array in state.items()}
         _check(self.state)
         self._upper = [
-            EncoderLayer.of(_under(self.state, f"upper.{i}."), ENCODER_HEADS) for i in range(_count(state, "upper"))
+            EncoderLayer.of(under(self.state, f"upper.{i}."), ENCODER_HEADS) for i in range(_count(state, "upper"))
         ]
         self._remember, self._normalise = self._linear("remember"), self._norm("memory_norm")
         self._layers = [self._layer(f"layers.{i}") for i in range(_count(state, "layers"))]
@@ -153,10 +153,6 @@ class GoalDecoder:
         own, said = _Attention.of(self.state, f"{name}.self_attn"), _Attention.of(self.state, f"{name}.multihead_attn")
         norms = (self._norm(f"{name}.norm1"), self._norm(f"{name}.norm2"), self._norm(f"{name}.norm3"))
         return _Layer(own, said, self._linear(f"{name}.linear1"), self._linear(f"{name}.linear2"), norms)
-
-
-def _under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}
 
 
 def _count(state: Mapping[str, np.ndarray], name: str) -> int:

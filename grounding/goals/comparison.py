@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from grounding.goals.goal import Goal
+from grounding.goals.part_numbers import renumbered
 from grounding.goals.parts import GoalError, Part, PartReference, RelationPart
 
 SAME_LENGTH = 0.01  # share by which two lengths may differ and be the same (evaluation protocol, "Scores of reading")
@@ -86,16 +87,7 @@ def one_by_one(goal: Goal, count: int | None = None) -> tuple[Part, ...]:
             parts += [replace(part, objects=(one,)) for one in part.objects]
         else:
             parts.append(part)
-
-    def moved(objects: Any) -> Any:
-        return PartReference(place[objects.part]) if isinstance(objects, PartReference) else objects
-
-    return tuple(
-        replace(part, objects=moved(part.objects), reference=moved(part.reference))
-        if isinstance(part, RelationPart)
-        else part
-        for part in parts
-    )
+    return tuple(renumbered(part, place) for part in parts)
 
 
 def _differences(one: Part, other: Part, matching: Mapping[int, int] | None) -> list[str]:

@@ -96,11 +96,7 @@ class Goal:
         Raises:
             GoalError: if a part takes all other objects, and there are none.
         """
-        others: set[int | str] = set()
-        for part in self.parts:
-            second = part.around if isinstance(part, StructurePart) else part.reference
-            for objects in (part.objects, second):
-                others.update(objects if isinstance(objects, tuple) else ())
+        others = self.named_objects()
         rest = tuple(i for i in range(count) if i not in others)
         for number, part in enumerate(self.parts):
             if isinstance(part, StructurePart) and part.objects is None and not rest:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -91,13 +90,6 @@ class GoalMessage:
         figures = [readable(name) for name in figure_nouns() if name not in shipped]
         further = {"figures": [*figures, *(one for one in self.drawn if one not in figures)], "problem": problem}
         return json.dumps(values | {key: value for key, value in further.items() if value}, ensure_ascii=False)
-
-
-def scene_objects(objects: Sequence[SceneObject | str | None] | None) -> tuple[SceneObject, ...] | None:
-    """Return objects of which only the names are known, or not even these, as objects of a scene."""
-    if objects is None:
-        return None
-    return tuple(each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects)
 
 
 def _spoken(goal: Goal) -> dict[str, Any]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from grounding.goals.goal import Goal
-from grounding.language_model.goal_message import GoalMessage, OpenQuestion, Table, Turn, scene_objects
+from grounding.language_model.goal_message import GoalMessage, OpenQuestion, Table, Turn
 from grounding.language_model.goal_reply import ModelReply, read_reply
 from grounding.language_model.goal_schema import reply_schema
 from grounding.parsers.llm_endpoint import EndpointLLM
 from grounding.parsers.llm_reply import IllegalReplyError
-from grounding.resolve.attributes import SceneObject
+from grounding.resolve.attributes import SceneObject, scene_objects
 from prompts import load_prompt
 
 PROMPT = "read_goal"

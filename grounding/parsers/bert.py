@@ -162,6 +162,11 @@ class EncoderLayer:
         return self.join(answers.transpose(0, 2, 1, 3).reshape(-1, width))
 
 
+def under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """Return the arrays whose names begin with a prefix, by the rest of their names."""
+    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}
+
+
 def layer_sizes(width: int, inner: int) -> dict[str, tuple[int, ...]]:
     """Return the shape of each array of a layer by its name in torch's `TransformerEncoderLayer`.
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from grounding.parse_result import REFUSALS
-from grounding.parsers.bert import EncoderLayer, Linear, Normalisation, gelu, layer_sizes, softmax
+from grounding.parsers.bert import EncoderLayer, Linear, Normalisation, gelu, layer_sizes, softmax, under
 from grounding.spec import FIRST_SHAPES, LEGAL_VALUES, SLOTS
 
 HEADS = 12  # of the attention within a layer, as the encoder has them
@@ -68,7 +68,7 @@ class SlotReader:
         counts = [len(self.answers[question]) for question in QUESTIONS]
         self._ends = np.cumsum(counts)[:-1]
         _check(self.state, _sizes(layers, width, hidden, sum(counts)))
-        self._own = [EncoderLayer.of(_under(self.state, f"layers.{i}."), HEADS) for i in range(layers)]
+        self._own = [EncoderLayer.of(under(self.state, f"layers.{i}."), HEADS) for i in range(layers)]
         self._normalise = Normalisation(*self._pair("normalise"), 1e-5)
         self._shared, self._attention = Linear(*self._pair("shared")), Linear(*self._pair("attention"))
         self._votes = Linear(*self._pair("votes"))
@@ -94,10 +94,6 @@ class SlotReader:
         weights = softmax(attention, axis=1)  # (B, T, questions)
         votes = np.split(self._votes(x).reshape(*mask.shape, -1), self._ends, axis=-1)
         return [weights[..., i : i + 1] * vote for i, vote in enumerate(votes)]
-
-
-def _under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}
 
 
 def _sizes(layers: int, width: int, hidden: int, answers: int) -> dict[str, tuple[int, ...]]:

@@ -49,6 +49,13 @@ class SceneObject:
     attributes: ObjectAttributes | None = None
 
 
+def scene_objects(objects: Sequence[SceneObject | str | None] | None) -> tuple[SceneObject, ...] | None:
+    """Return objects of which only the names are known, or not even these, as objects of a scene."""
+    if objects is None:
+        return None
+    return tuple(each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects)
+
+
 def _volume(size: tuple[float, float, float]) -> float:
     return size[0] * size[1] * size[2]
 
@@ -130,10 +137,9 @@ def of_size(word: str, objects: Sequence[ObjectAttributes | None]) -> list[int] 
     Returns:
         Indices, or `None` if it cannot be judged: an object has no size, or there is nothing to compare it with.
     """
-    values = _values(word, objects)
-    if values is None or len(values) < 2:
+    values, order = _values(word, objects), by_size(word, objects)
+    if values is None or order is None or len(values) < 2:
         return None
-    order = sorted(range(len(values)), key=lambda i: -MEASURES[word].sign * values[i])
     steps = [_ratio(values[a], values[b]) for a, b in zip(order, order[1:], strict=False)]
     widest = max(range(len(steps)), key=lambda i: steps[i])
     return [] if steps[widest] < MEASURES[word].ratio else sorted(order[: widest + 1])

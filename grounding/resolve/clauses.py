@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from grounding.resolve.adjectives import property_of, use_of
+from grounding.resolve.adjectives import property_of
 from grounding.resolve.comparisons import comparison_after
 from grounding.resolve.lexicon import FILLINGS
 from grounding.resolve.phrase import Draft, Phrase, Rank, Test
 from grounding.resolve.phrase_text import PhraseReader
 from grounding.resolve.place_words import idle_place
-from grounding.resolve.predicates import predicate_after
+from grounding.resolve.predicates import predicate_after, use_after
 from grounding.resolve.standing import standing_after
 from grounding.resolve.word_forms import singular
 
@@ -91,12 +91,7 @@ def _for_use(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     place += person
     while person and parser.word(place) in _ABLE:
         place += 1
-    for end in range(len(parser.words), place, -1) if place > at else ():
-        kinds = use_of(" ".join(parser.words[place:end]))
-        if kinds is not None:
-            draft.test(Test("use", " ".join(kinds)))
-            return end
-    return None
+    return use_after(parser, draft, place) if place > at else None
 
 
 _HAVING = re.compile(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from grounding.resolve.attributes import SceneObject
 from grounding.resolve.function_words import FUNCTION_WORDS, GENERIC, NOT_OBJECTS
 from grounding.resolve.lexicon import ADJECTIVES, ATTRIBUTES, CONTENTS, GROUPS, KINDS, OTHER_WORDS, SAME_WORDS
 from grounding.resolve.word_forms import FORMS, Vocabulary, plural, singular
@@ -68,6 +69,12 @@ def read_name(name: str) -> Name:
     numbers = _NUMBER.findall(described) if described.strip()[-1:].isdecimal() else []
     head = nouns[-1] if nouns and nouns[-1] != UNKNOWN_CATEGORY else ""
     return Name(head, words, int(numbers[-1][:9]) if numbers else None, other)
+
+
+def telling_words(one: SceneObject) -> set[str]:
+    """Return the words of an object's name and of its colours."""
+    name = read_name(one.name)
+    return {*name.words, *name.heads, *(one.attributes.colors if one.attributes is not None else ())}
 
 
 def adjective(word: str) -> str:

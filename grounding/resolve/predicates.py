@@ -25,7 +25,7 @@ def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
     linked = parser.word(place) in _LINKS
     place += linked
     if parser.word(place) in ("does", "do") and parser.word(place + 1) == "not":
-        return _verb(parser, draft, place + 2, True)
+        return use_after(parser, draft, place + 2, True)
     if parser.word(place) not in _IS:
         if (
             linked
@@ -34,7 +34,7 @@ def predicate_after(parser: PhraseReader, draft: Draft, at: int) -> int | None:
         ):
             return _list(parser, draft, place + 3, False)
         free = linked or (draft.open and parser.word(at - 1) in ("what", "whatever"))
-        return _verb(parser, draft, place, False) if free else None
+        return use_after(parser, draft, place) if free else None
     if not linked and not _bare_clause(draft):
         return None
     stands = parser.word(place) not in ("is", "are", "was", "were", "be", "looks", "look")
@@ -51,8 +51,8 @@ def _bare_clause(draft: Draft) -> bool:
     return not draft.noun or draft.plural is not True
 
 
-def _verb(parser: PhraseReader, draft: Draft, at: int, negated: bool) -> int | None:
-    """Read "that writes", "which rolls on four wheels", "that does not roll"."""
+def use_after(parser: PhraseReader, draft: Draft, at: int, negated: bool = False) -> int | None:
+    """Read "writes", "rolls on four wheels", "drink from" into a draft; return the place after it, or `None`."""
     for end in range(len(parser.words), at, -1):
         kinds = use_of(" ".join(parser.words[at:end]))
         if kinds is not None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from grounding.resolve.attributes import ObjectAttributes, SceneObject
+from grounding.resolve.attributes import ObjectAttributes, SceneObject, scene_objects
 from grounding.resolve.lexicon import (
     COLOURS,
     FILLINGS,
@@ -55,7 +55,7 @@ class Referents:
         catalogue: bool = False,
         opposite: bool = False,
     ) -> None:
-        there = [each if isinstance(each, SceneObject) else SceneObject(each or "") for each in objects or ()]
+        there = scene_objects(objects) or ()
         self.known, self.encoder, self.catalogue = objects is not None, encoder, catalogue
         self.names = [each.name if each.name.strip() else UNKNOWN_CATEGORY for each in there]
         self.attributes: list[ObjectAttributes | None] = [each.attributes for each in there]

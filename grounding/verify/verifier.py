@@ -18,7 +18,7 @@ from grounding.goal_network.goal_rendition import BEFORE, NOW, rendition_of
 from grounding.goal_network.writer import ENCODER_LAYER, load_network
 from grounding.goals.goal import Goal
 from grounding.linear_algebra import one_thread
-from grounding.parsers.bert import EncoderLayer, Linear, gelu
+from grounding.parsers.bert import EncoderLayer, Linear, gelu, under
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.tokens import words_of
 
@@ -94,7 +94,7 @@ class Verifier:
         self._encoder, self.weights = encoder, tuple(weights)
         self.state = {name: array.astype(np.float32, copy=False) for name, array in state.items()}
         count = len({name.split(".")[1] for name in state if name.startswith("upper.")})
-        self._upper = [EncoderLayer.of(_under(self.state, f"upper.{number}."), HEADS) for number in range(count)]
+        self._upper = [EncoderLayer.of(under(self.state, f"upper.{number}."), HEADS) for number in range(count)]
         self._shared, self._right, self._lost = (self._linear(name) for name in ("shared", "right", "lost"))
 
     @classmethod
@@ -125,10 +125,6 @@ class Verifier:
 
     def _linear(self, name: str) -> Linear:
         return Linear(self.state[f"{name}.weight"], self.state[f"{name}.bias"])
-
-
-def _under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}
 
 
 def _sigmoid(values: np.ndarray) -> np.ndarray:

@@ -34,9 +34,9 @@ def worded_objects(indices: Sequence[int | str], names: Sequence[str] | None) ->
         names: of the scene's objects, by index; `None` where no scene is known.
     """
     if names is None or any(isinstance(one, str) for one in indices):
-        return _listed([str(one) for one in indices])
+        return listed([str(one) for one in indices])
     phrases = object_phrases([one for one in indices if isinstance(one, int)], [SceneObject(name) for name in names])
-    return _listed([_worded_phrase(each, names) for each in phrases])
+    return listed([_worded_phrase(each, names) for each in phrases])
 
 
 def _worded_phrase(phrase: ObjectPhrase, names: Sequence[str]) -> str:
@@ -84,7 +84,7 @@ def _one_by_one(part: StructurePart, names: Sequence[str] | None) -> str:
     """Word the objects of a structure in their order, where it is theirs."""
     if part.order is None or part.order.by != "listed" or part.objects is None:
         return ""
-    return _listed([worded_objects((one,), names) for one in part.objects])
+    return listed([worded_objects((one,), names) for one in part.objects])
 
 
 def _worded_key(part: StructurePart, key: str, value: Any, said: Callable[[Objects], str]) -> str:
@@ -118,6 +118,6 @@ def _number(count: int) -> str:
     return _NUMBERS[count] if count < len(_NUMBERS) else str(count)
 
 
-def _listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str]) -> str:
     """Return words as a list: "a, b and c"."""
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1]))) if words else "nothing"

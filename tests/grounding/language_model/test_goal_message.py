@@ -3,8 +3,8 @@
 import json
 
 from grounding.goals.goal import Goal
-from grounding.language_model.goal_message import MOST_TURNS, GoalMessage, OpenQuestion, Turn, scene_objects
-from grounding.resolve.attributes import ObjectAttributes, SceneObject
+from grounding.language_model.goal_message import MOST_TURNS, GoalMessage, OpenQuestion, Turn
+from grounding.resolve.attributes import ObjectAttributes, SceneObject, scene_objects
 
 TOWER = Goal.from_dict({"parts": [{"kind": "structure", "shape": "tower", "objects": [0, 1]}]})
 
