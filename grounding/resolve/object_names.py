@@ -83,6 +83,11 @@ def adjective(word: str) -> str:
     return word if word in _RIVALS else singular(word)
 
 
+def rivals(word: str) -> tuple[str, ...]:
+    """List the adjectives that exclude this one and each other; empty if there are none."""
+    return _RIVALS.get(word, ())
+
+
 def vocabulary(names: Sequence[str | None]) -> Vocabulary:
     """Collect the nouns of the tables and the names, and other words of the names that can stand for the object."""
     forms = dict(FORMS)
