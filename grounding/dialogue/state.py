@@ -141,11 +141,6 @@ def built(state: Dialogue) -> Dialogue:
     return replace(state, standing=frozenset(range(len(state.goal.parts))))
 
 
-def put_back(state: Dialogue) -> Dialogue:
-    """Return the state in which nothing of the goal stands."""
-    return replace(state, standing=frozenset())
-
-
 def standing_parts(state: Dialogue, stands: Sequence[Standing]) -> list[Standing]:
     """Return what is known of each part: the slots that were shown, and whether it stands."""
     shown = [stands[n] if n < len(stands) else Standing() for n in range(len(state.goal.parts))]
