@@ -1,3 +1,3 @@
 """Perceive, propose, rank, plan, build and report."""
 
-__version__ = "0.2.0.dev0"
+__version__ = "0.2.0"

@@ -89,7 +89,7 @@ def load_rows(path: str | Path) -> list[Row]:
     """
     rows = [_row(line, where) for where, line in read_lines(path)]
     if not rows:
-        raise BenchmarkError(f"{path} holds no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse")
+        raise BenchmarkError(f"{path} has no row; a row is a JSON object with text, {', '.join(SLOTS)} and refuse")
     return rows
 
 

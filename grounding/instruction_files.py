@@ -14,7 +14,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 LEGAL = (
-    "legal are an instruction a line, JSON lines, a JSON array of rows, and a table whose first line names the columns"
+    "legal: one instruction per line, JSON lines, a JSON array of rows, and a table whose first line names the columns"
 )
 TEXT, JSON, TABLE = "text", "json", "table"
 TEXT_COLUMNS = ("text", "instruction")
@@ -105,7 +105,7 @@ def as_utf8(content: bytes) -> bytes:
         try:
             body = body.decode(encoding).encode()
         except UnicodeError:
-            raise InstructionFileError(f"begins as {encoding.upper()} text does, and is none") from None
+            raise InstructionFileError(f"begins like {encoding.upper()} text, but is not") from None
     if b"\0" in body:
         raise InstructionFileError(f"is not text: it has zero bytes; {LEGAL}")
     head = body[:_HEAD]
@@ -147,7 +147,7 @@ def read_entries(content: bytes, kind: str | None = None) -> Entries:
         return _table_entries(content, first, delimiter)
     if _like_a_table(said):
         raise InstructionFileError(
-            "looks like a table, and its first line names no column "
+            "looks like a table, but its first line names no column "
             f"{' or '.join(map(repr, TEXT_COLUMNS))}; without a table, leave out its separators"
         )
     return Entries(TEXT, "line", said)
@@ -189,7 +189,7 @@ def _json_entries(content: bytes, lines: list[Entry], promised: bool) -> Entries
         if not is_array and (promised or all(begun) or any(_is_json(line.content, dict) for line in lines)):
             return by_lines
         where = f": {error.msg} in line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
-        raise InstructionFileError(f"begins as JSON does, and cannot be read as JSON{where}; {LEGAL}") from None
+        raise InstructionFileError(f"begins like JSON, but cannot be read as JSON{where}; {LEGAL}") from None
     if is_array and len(values) > 1:
         return by_lines
     rows = _values(values[0].strip()[1:-1], commas=True) if is_array else values
@@ -236,7 +236,7 @@ def _table_entries(content: bytes, first: str, delimiter: str | None) -> Entries
     """Divide a table into its rows, from the line that names its columns."""
     if delimiter is None or _delimiter(first, delimiter) is None:
         raise InstructionFileError(
-            f"is named as a table, and its first line names no column {' or '.join(map(repr, TEXT_COLUMNS))}"
+            f"has the suffix of a table, but its first line names no column {' or '.join(map(repr, TEXT_COLUMNS))}"
         )
     text = content.decode("utf-8", "replace")
     text = "\n" * text[: text.index(first)].count("\n") + text[text.index(first) :]  # without comments before it

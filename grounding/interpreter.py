@@ -262,11 +262,11 @@ class Interpreter:
         """
         if not any(char.isalnum() for char in text):
             return (
-                f"the instruction {'has no words' if text.strip() else 'is empty'}; say what to build, as 'a small "
-                "circle'"
+                f"the instruction {'has no words' if text.strip() else 'is empty'}; say what to build, for example "
+                "'a small circle'"
             )
         if looks_like_json(text):
-            return f"{shortened(text)!r} is JSON, and no instruction; say what to build, as 'a small circle'"
+            return f"{shortened(text)!r} is JSON, not an instruction; say what to build, for example 'a small circle'"
         if len(text) > MOST_CHARACTERS:
             return f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}"
         if self._make_model is not None and not self._unusable:
@@ -274,7 +274,7 @@ class Interpreter:
         # Their names may be words of no language
         figures = [one for one in mentions_of(text, None) if is_shape(one.name)]
         language = foreign_language(StandIns.of(text, figures).text, partial(self._mended, text))
-        said = "say it in English, the only language that is understood"
+        said = "say it in English, the only language that structagent understands"
         return f"{shortened(text)!r} seems to be in {language}: {said}" if language else ""
 
     def _mended(self, text: str) -> str:
@@ -364,7 +364,7 @@ class Interpreter:
 
 
 def _without(error: Exception) -> str:
-    return f"the language model cannot be used ({error}); the default reader read this"
+    return f"the language model cannot be used ({error}); the default parser read this instead"
 
 
 def _phrases(one: Proposal) -> tuple[str, ...]:

@@ -46,9 +46,9 @@ def goal_question(text: str, decision: Decision, names: Sequence[str] | None) ->
     if decision.probability >= BUILD and decision.chosen is not None and decision.chosen.lost:
         why = f"this may leave out {listed(list(map(repr, decision.chosen.lost)))} of {shortened(text)!r}"
     elif decision.probability < OFFER:
-        why = f"{shortened(text)!r} does not say clearly which objects or which place are meant"
+        why = f"{shortened(text)!r} does not say clearly which objects or which place it means"
     else:
-        why = f"it is not certain what {shortened(text)!r} means"
+        why = f"it is not clear what {shortened(text)!r} means"
     which = "is this meant" if len(options) == 1 else "which of these is meant"
     return Question(GOAL, f"{why}: {which}: {'; or: '.join(options)}?", options)
 
@@ -67,13 +67,13 @@ def reason(text: str, decision: Decision, proposals: Sequence[Proposal], names: 
     if likeliest.answer == "nothing":
         return f"{nothing}; {_help(names)}"
     if likeliest.answer == "unclear":
-        return f"{said!r} does not say clearly which objects or which place are meant; name them, or {instead}"
+        return f"{said!r} does not say clearly which objects or which place it means; name them, or {instead}"
     if chosen is not None and chosen.proposal.goal is not None and _is_part(chosen.lost, text):
         rest = worded_goal(chosen.proposal.goal, names)
-        return f"no goal can hold {listed(list(map(repr, chosen.lost)))} of {said!r}; leave it out: say {rest!r}"
+        return f"{listed(list(map(repr, chosen.lost)))} in {said!r} cannot be built; leave it out: say {rest!r}"
     if likeliest.answer:
         return f"{nothing}; {instead}"
-    return f"it is not certain what {said!r} means; {instead}"
+    return f"it is not clear what {said!r} means; {instead}"
 
 
 def _is_part(lost: Sequence[str], text: str) -> bool:
@@ -96,19 +96,19 @@ def _help(names: Sequence[str] | None) -> str:
     """Return an example of what can be said here."""
     here = list(range(len(names or ())))
     if names is None or not all(names):
-        return "say what should go where, as 'stack the cans on the left'"
+        return "say what should go where, for example 'stack the cans on the left'"
     if len(here) < 2:
         return (
-            f"say where it should stand, as {f'put {worded_objects(here, names)} on the left'!r}"
+            f"say where it should stand, for example {f'put {worded_objects(here, names)} on the left'!r}"
             if here
             else "there is nothing here"
         )
     return (
-        "say what should go where, as "
+        "say what should go where, for example "
         f"{f'put {worded_objects(here[:1], names)} next to {worded_objects(here[-1:], names)}'!r}"
     )
 
 
 def doubts(lost: Sequence[str]) -> tuple[str, ...]:
     """Return a note on the words of which a goal that is built may hold nothing."""
-    return (f"perhaps built without {listed(list(map(repr, lost)))}: say so if this changes the wish",) if lost else ()
+    return (f"this may ignore {listed(list(map(repr, lost)))}; say it another way if it matters",) if lost else ()

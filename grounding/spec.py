@@ -94,7 +94,7 @@ class StructureSpec:
         for slot in SLOTS[1:]:
             if getattr(self, slot) is not None and slot not in slots_of(self.shape):
                 raise SpecError(
-                    f"a {self.shape} takes no {slot} (got {getattr(self, slot)!r}); "
+                    f"a {self.shape} has no {slot} (got {getattr(self, slot)!r}); "
                     f"its slots: {', '.join(slots_of(self.shape))}"
                 )
 

@@ -55,7 +55,7 @@ def read_regular(path: Path, most: int) -> bytes:
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     with os.fdopen(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise OSError(errno.EINVAL, "it is no file", str(path))
+            raise OSError(errno.EINVAL, "it is not a file", str(path))
         content = file.read(most + 1)
     if len(content) > most:
         raise OSError(errno.EFBIG, f"it has more than {most} bytes, and no more are read", str(path))
@@ -91,7 +91,7 @@ def check_weights(path: Path, most: int = WEIGHTS_BYTES) -> None:
     with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
         found = os.fstat(file.fileno())
         if not stat.S_ISREG(found.st_mode):
-            raise OSError(errno.EINVAL, "it is no file", str(path))
+            raise OSError(errno.EINVAL, "it is not a file", str(path))
         if found.st_size > most:
             raise ValueError(f"it has {found.st_size} bytes; at most {most} are read")
         start = file.read(8)
@@ -108,9 +108,11 @@ def check_weights(path: Path, most: int = WEIGHTS_BYTES) -> None:
     except RecursionError as error:
         raise ValueError("its header is too deep") from error
     except UnicodeDecodeError as error:
-        raise ValueError("its header is no text") from error
+        raise ValueError("its header is not text") from error
     if not isinstance(tensors, dict) or len(tensors) > TENSORS:
         what = (
-            f"lists {len(tensors)} tensors; at most {TENSORS} are read" if isinstance(tensors, dict) else "is no object"
+            f"lists {len(tensors)} tensors; at most {TENSORS} are read"
+            if isinstance(tensors, dict)
+            else "is not an object"
         )
         raise ValueError(f"its header {what}")

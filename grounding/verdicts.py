@@ -110,7 +110,7 @@ class Verdicts:
         goal = self._in_world(found.goal)  # back to the speaker's
         said = describe_parts(goal.parts, self.names)
         nouns = " and ".join(repr(without_drawings(one)) for one in shapes)
-        text = f"no figure is called {nouns}, so the language model has drawn it; is this to be built: {said}?"
+        text = f"there is no figure {nouns}, so the language model has drawn one; build this: {said}?"
         asked = self._asked(Question(GOAL, text, (said,)), (goal,))
         return replace(
             asked, fallback=found.fallback, seconds=found.seconds, by_model=True, drawn=found, drawings=tuple(shapes)

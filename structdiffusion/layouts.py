@@ -178,8 +178,8 @@ def _place_centre(
         third = (high - low) / 3
         if third < _NARROWEST_THIRD:
             raise LayoutError(
-                f"{name} of these objects fills the table so far that {value!r} means nothing: "
-                f"its centre can move by {high - low:.3f} m only"
+                f"{name} of these objects fills so much of the table that {value!r} has no meaning: "
+                f"its centre can move by only {high - low:.3f} m"
             )
         start = low + names.index(value) * third
         centre[axis] = rng.uniform(start + _THIRD_MARGIN * third, start + (1 - _THIRD_MARGIN) * third)

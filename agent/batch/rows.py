@@ -145,9 +145,9 @@ def with_options(base: RunOptions, given: Mapping[str, Any], folder: Path, flags
     reading = {name: values.pop(name) for name in _READING if name in values}
     found = replace(base, **values, **example, reading=replace(base.reading, **reading))
     if found.exact and found.example is None:
-        raise UsageError("exact copies an example; name it with like")
+        raise UsageError("exact needs an example; name it with like")
     if found.example is not None and found.reading.parser == "llm":
-        raise UsageError("like is read without a language model; legal: the parser embedding")
+        raise UsageError("like works only without a language model; legal: the parser embedding")
     return found
 
 
@@ -231,7 +231,9 @@ class _Reader:
                 'letters a-z, digits, ".", "_" and "-", the first a letter or a digit, the last no "."'
             )
         if _DEVICE.fullmatch(given):
-            raise BadInput(f"the id cannot be {_json_excerpt(given)}, because some systems give no folder that name")
+            raise BadInput(
+                f"the id cannot be {_json_excerpt(given)}, because some systems do not allow a folder of that name"
+            )
         if given != own and self._default_id.fullmatch(given):
             raise BadInput(
                 f"the id {_json_excerpt(given)} is reserved for rows without one; this row would be "

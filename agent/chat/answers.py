@@ -61,24 +61,22 @@ def _identity(act: Act, known: Knowledge) -> str:
 
 def _abilities(act: Act, known: Knowledge) -> str:
     return (
-        f"I arrange objects on the table: into {_with_articles(SHAPES)} or a figure such as a heart, of a size, at a "
-        "place and facing a way that you can "
-        "name, with gaps, a radius, rows or an order where you say them; and single objects left of, right of, in "
-        "front of, "
-        "behind, next to, between, on or in others, in a corner, some centimetres from where they are, or in each "
-        "other's places. One sentence may ask for several of these parts. Afterwards “bigger”, “drop part 2”, “put the "
-        "bowl on the "
-        "other side” or “5 cm more” change a part, “also …” adds one, and “undo” takes it back. You can ask what is on "
-        "the table, where something is, what is left to do, and why I chose an arrangement. /help lists the commands. "
+        f"I arrange objects on the table into {_with_articles(SHAPES)} or a figure such as a heart. You can name the "
+        "size, the place, the direction, gaps, a radius, rows or an order. I also put single objects left of, right "
+        "of, in front of, behind, next to, between, on or in others, in a corner or some centimetres from where they "
+        "are, and I exchange objects. One sentence may ask for several of these parts. Afterwards “bigger”, “drop part "
+        "2”, “put the bowl on the other side” or “5 cm more” changes a part, “also …” adds one, and “undo” takes the "
+        "change back. You can ask what is on the table, where something is, what is left to do, and why I chose an "
+        "arrangement. /help lists the commands. "
         f"{next_step(known)}"
     )
 
 
 def _working(act: Act, known: Knowledge) -> str:
     return (
-        "I read your sentence into one or more parts, structures and relations between objects, look at the table "
-        "through a depth camera, propose arrangements in which all parts hold, and rank them by how well they fit and "
-        "how safely they stand. You decide, then the arm builds the best one and I check what stands. "
+        "I divide your sentence into parts: structures, and relations between objects. I look at the table through a "
+        "depth camera, propose arrangements that satisfy all parts, and rank them by how well they fit and how safely "
+        "they stand. You decide, then the arm builds the best one, and I check the result. "
         f"{next_step(known)}"
     )
 

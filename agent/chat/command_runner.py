@@ -111,7 +111,7 @@ class CommandRunner:
             case "/continue":
                 self._continue()
             case "/wait":
-                raise UsageError("nothing is being built, so nothing has to wait")
+                raise UsageError("nothing is being built, so there is nothing to pause")
             case "/stop":
                 talk.stop()
             case "/clear":

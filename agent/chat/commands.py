@@ -46,23 +46,28 @@ COMMANDS = (
     Command("/again", "", "propose another arrangement, which differs visibly from those shown"),
     Command("/continue", "", "build the proposal, propose again what was interrupted, or go on after /wait"),
     Command("/stop", "", "drop the proposal or the question; while the arm builds, stop it"),
-    Command("/wait", "", "while the arm builds: let it wait with an empty hand, until /continue"),
+    Command("/wait", "", "while the arm builds: pause it with an empty hand, until /continue"),
     Command("/clear", "", "drop the goal; the table stays"),
     Command("/back", "[TURN]", "put every object back where it stood before the last build; or return to a turn"),
     Command("/timeline", "", "list the turns so far and their branches"),
-    Command("/fork", "", "let the next turn begin a branch; the turns so far stay reachable by /back"),
+    Command("/fork", "", "begin a branch with the next turn; the turns so far stay reachable with /back"),
     Command("/reset", "", "restore the table of the start and drop the goal"),
     Command("/undo", "", "restore the goal and the table as they were one turn ago"),
     Command("/redo", "", "revert an undo"),
     Command("/parser", "[NAME]", f"show or set the parser: {' or '.join(PARSERS)}", PARSERS),
-    Command("/viewpoint", "[SIDE]", f"show or set whose left is meant: {' or '.join(VIEWPOINTS)}", VIEWPOINTS),
+    Command(
+        "/viewpoint",
+        "[SIDE]",
+        f"show or set whose left and right the instructions use: {' or '.join(VIEWPOINTS)}",
+        VIEWPOINTS,
+    ),
     Command("/seed", "[N]", "show or set the random seed of proposals and plans"),
     Command("/save", "FILE", "write the present table to a scene file"),
     Command("/load", "FILE", "load a table from a scene file"),
     Command(
         "/example",
         "FILE [exact]",
-        "let “the example” be what a file shows: a scene, a recording, a run, a chat, a figure",
+        "set “the example” to what a file shows: a scene, a recording, a run, a chat, a figure",
     ),
     Command("/report", "[FILE]", "write the conversation so far as an HTML page"),
     Command("/help", "", "list the commands"),
@@ -100,7 +105,9 @@ def _spoken(line: str) -> str | None:
         found = _BACK_WHERE_IT_WAS.fullmatch(shorter)
         if found and _WHERE_IT_WAS.fullmatch(found["where"]):
             these = shortened(found["these"])
-            raise UsageError(f"{these} cannot be put back alone; “put it back” puts back all that the last build moved")
+            raise UsageError(
+                f"{these} cannot be put back alone; “put it back” restores everything that the last build moved"
+            )
     return None
 
 

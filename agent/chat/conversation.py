@@ -79,7 +79,7 @@ class Conversation(BuildSession):
             UsageError: if no question is open, or it has no such option.
         """
         if self.question is None:
-            raise UsageError("there is no question to answer")
+            raise UsageError("there is no open question to answer")
         count = len(self.question.options)
         if not 0 <= option < count:
             raise UsageError(f"there is no option {option + 1}; legal: 1 to {count}")
@@ -136,7 +136,7 @@ class Conversation(BuildSession):
             self.send(events.Noted(outcome.message))
         if not outcome.goal.parts:  # the first goal was taken back
             self._remember(replace(self.situation, dialogue=dialogue, proposal=None, shown=None, missing={}))
-            raise NotBuildable("nothing is wanted any more; say what to build")
+            raise NotBuildable("there is no goal any more; say what to build")
         situation = self._wanting(dialogue)
         self.send(self.parsed(situation, outcome, time.perf_counter() - began))
         self._propose(situation)
@@ -228,7 +228,7 @@ class Conversation(BuildSession):
         said = with_article(figure.name)
         lines = [
             *picture(figure),
-            f"From now on this is {said}, of {figure.legal_numbers()} objects; it is kept in {path}.",
+            f"From now on this is {said}, of {figure.legal_numbers()} objects. It is kept in {path}.",
         ]
         self.send(events.Answered(line, "\n".join(lines)))
         return True

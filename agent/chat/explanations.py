@@ -38,7 +38,7 @@ def explain_choice(act: Act, known: Knowledge) -> str:
     """Explain why a candidate, by default the chosen one, was preferred to the next ones."""
     proposal = known.situation.proposal
     if proposal is None:
-        return f"Nothing is proposed now, so there is no choice to explain. {next_step(known)}"
+        return f"There is no proposal now, so there is no choice to explain. {next_step(known)}"
     candidates = proposal.proposed.candidates
     rank = int(act.value or proposal.rank)
     if not 1 <= rank <= len(candidates):
@@ -81,7 +81,7 @@ def describe_last_build(act: Act, known: Knowledge) -> str:
         return known.progress
     builds = known.situation.builds
     if not builds:
-        return f"Nothing that I built stands on the table. {next_step(known)}"
+        return f"I have built nothing that still stands on the table. {next_step(known)}"
     return describe_build(builds[-1])
 
 
@@ -97,7 +97,7 @@ def describe_remaining(act: Act, known: Knowledge) -> str:
         return known.progress
     situation = known.situation
     if not situation.asked:
-        return f"Nothing is left to do: you have asked for nothing so far. {next_step(known)}"
+        return f"Nothing is left to do: you have not asked for anything yet. {next_step(known)}"
     what = describe_wish(situation)
     if known.question is not None or situation.proposal is not None:
         return f"Still to build: {what}. {next_step(known)}"
@@ -133,7 +133,7 @@ def requested(act: Act, known: Knowledge) -> str:
     """Describe the last request."""
     situation = known.situation
     if not situation.asked:
-        return f"You have asked for nothing so far. {next_step(known)}"
+        return f"You have not asked for anything yet. {next_step(known)}"
     if act.value:
         return _part_asked_for(int(act.value), situation)
     said = f"You asked for {describe_wish(situation)}."

@@ -36,11 +36,11 @@ class FileAccess:
             followed = path.resolve()
             inside = any(followed.is_relative_to(folder.resolve()) for folder in self.folders)
         except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a zero byte
-            raise UsageError(f"{command} cannot take {shortened(text)!r}: it is no path of a file") from error
+            raise UsageError(f"{command} cannot take {shortened(text)!r}: it is not the path of a file") from error
         if not inside:
             legal = " and ".join(repr(str(folder)) for folder in self.folders)
             raise UsageError(
-                f"{command} from a page takes files in {legal} alone, and {shortened(text)!r} lies outside; "
+                f"{command} from a page takes only files in {legal}, but {shortened(text)!r} lies outside; "
                 "`structagent serve --any-file` takes any"
             )
         return followed

@@ -40,8 +40,8 @@ from structdiffusion.observation import Arrangement, Scene
 
 _STANDS = "what was built before stays as it stands"
 _NO_OTHER = (
-    "no arrangement that differs visibly from those shown was found; the best one is proposed again, and a looser wish "
-    "leaves room for others"
+    "no visibly different arrangement was found, so the best one is proposed again; a less specific instruction leaves "
+    "room for others"
 )
 
 
@@ -133,7 +133,7 @@ class ProposalSession(TableSession):
         whole, missing = with_what_is_there(self.table, situation.goal)
         goal = still_to_build(whole, situation.dialogue.standing)
         if not goal.parts and left is None:
-            raise NotBuildable("it stands already; “put it back” takes the last build back")
+            raise NotBuildable("it is already built; “put it back” undoes the last build")
         if situation.dialogue.standing:
             tell(events.Noted(_STANDS))
         situation = replace(situation, missing=missing)
@@ -260,7 +260,7 @@ class ProposalSession(TableSession):
         if self._asked_again():
             return False
         if not self.wanted.asked:
-            raise UsageError("nothing was asked for yet; say what to build")
+            raise UsageError("you have not asked for anything yet; say what to build")
         self.options = replace(self.options, seed=self.options.seed + 1 if seed is None else seed)
         with self._turn.part("scene"):
             self._propose(replace(self.wanted, poses=self.table.poses()), other=True)
@@ -279,7 +279,7 @@ class ProposalSession(TableSession):
         if self._asked_again():
             return False
         if not self.situation.asked:
-            raise UsageError("nothing was asked for yet; say what to build")
+            raise UsageError("you have not asked for anything yet; say what to build")
         if self.situation.built:
             raise UsageError("it already stands as asked; say what to change, or what to build next")
         self._turn.begin()

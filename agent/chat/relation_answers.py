@@ -160,7 +160,7 @@ def answer_distance(act: Act, known: Knowledge) -> str:
         between = f"{with_article(one.name)} and {with_article(other.name)}"
         gap = 100 * clear_gap(one, other)
         lines.append(f"Between {between} there are {gap:.0f} cm; their centers are {centres:.0f} cm apart.")
-    return "\n".join(lines) or "That is one and the same object."
+    return "\n".join(lines) or "That is the same object."
 
 
 def answer_compare(act: Act, known: Knowledge) -> str:
@@ -227,8 +227,10 @@ def answer_reach(act: Act, known: Knowledge) -> str:
             said.append(f"No: the arm cannot take {with_article(one.name)}.")
         else:
             far = MEASURES["distance"][1](one)
-            said.append(f"The arm may take {with_article(one.name)}: it stands {far}, and nothing rules it out so far.")
-    return "\n".join((*said, "A motion is only found when a proposal is planned (/plan)."))
+            said.append(
+                f"The arm may be able to take {with_article(one.name)}: it stands {far}, and nothing rules it out."
+            )
+    return "\n".join((*said, "Only planning a proposal (/plan) shows whether there is a motion."))
 
 
 RELATION_ANSWERS: Mapping[str, Answer] = {

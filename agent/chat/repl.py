@@ -156,7 +156,7 @@ class Chat:
         if not line:
             return True
         if Interjection.parse(line) is not None:
-            raise UsageError("a line with @ is said while the arm builds, and nothing is being built")
+            raise UsageError("a line with @ applies to a running build, and nothing is being built")
         found = command_of(line)
         if found is not None:
             command, rest = found

@@ -166,7 +166,7 @@ class Steering:
         if command is not None:
             self._command(line, command[0].name)
         elif naming_of(line) is not None:
-            self._tell(line, "refused", f"objects get names while the arm is at rest; {_BUILDS_ON}")
+            self._tell(line, "refused", f"objects can be named only while the arm is at rest; {_BUILDS_ON}")
         elif talk.question is None and bare_words(line) in YES and self._waits:
             self._command(line, "/continue")
         elif talk.question is None and bare_words(line) in (*YES, *DECLINED):
@@ -195,7 +195,9 @@ class Steering:
             case "/undo" if self._changed:
                 self._wish(line, "undo")
             case _:
-                self._tell(line, "refused", f"{name} is for when the arm is at rest: say “stop” first; {_BUILDS_ON}")
+                self._tell(
+                    line, "refused", f"{name} works only while the arm is at rest: say “stop” first; {_BUILDS_ON}"
+                )
 
     def _wish(self, line: str, text: str) -> None:
         """Take a sentence that may change what is built, or answers the open question."""
@@ -203,7 +205,9 @@ class Steering:
         if any(part.relation in _FROM_WHERE_IT_WAS for part in self.built.goal.relations):
             self._later.append(line)
             self._tell(
-                line, "later", "what moves from where it stood cannot be changed half way: this is read after it"
+                line,
+                "later",
+                "a move relative to the present place cannot be changed during the build; this line is read after it",
             )
             return
         if state.question is not None and bare_words(line) in NO:
@@ -213,7 +217,7 @@ class Steering:
         option = talk.option_of(line)
         new, outcome = talk.read(text) if option is None else talk.read_answer(option)
         if outcome.status == "ok" and len(new.history) < len(self.built.history):
-            raise UsageError("that would take back what is being built: say “stop” to end the build")
+            raise UsageError("that would undo the running build; say “stop” to end it")
         self._taken(line, state, new, outcome)
 
     def _taken(self, line: str, state: Dialogue, new: Dialogue, outcome: Outcome) -> None:
@@ -252,7 +256,7 @@ class Steering:
         said = join_words([with_article(name) for name in names])
         taking = {cloud.name for cloud in self._proposal.scene.objects}
         if outside := [name for name in names if name not in taking]:
-            raise UsageError(f"{join_words([with_article(name) for name in outside])} takes no part in what is built")
+            raise UsageError(f"{join_words([with_article(name) for name in outside])} is not part of this build")
         if set(names) <= {*self._standing, self._held}:
             self._tell(line, "unchanged", f"{said} {'is in the hand' if self._held in names else 'stands'} already")
             return
@@ -267,7 +271,7 @@ class Steering:
         self.poll()
         while self._waits:
             if self._source.silent:
-                self._tell("", "stops", "nobody is there to say “go on”, so the arm stops")
+                self._tell("", "stops", "the input has ended and nobody can say “go on”, so the arm stops")
                 raise KeyboardInterrupt
             if self._on_check is not None:
                 self._on_check()
@@ -284,6 +288,6 @@ class Steering:
                 raise
             self._talk.take_up(self.built)
             self.first = self._asked_first
-            self._tell(self._line, "refused", f"{one_sentence(error)}; what was wanted before is built on")
+            self._tell(self._line, "refused", f"{one_sentence(error)}; the build continues with the goal before")
             return False
         return True

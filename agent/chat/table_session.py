@@ -273,7 +273,7 @@ class TableSession:
             UsageError: for a language model where "the example" is one.
         """
         if parser == "llm" and self.options.reading.like:
-            raise UsageError("/parser cannot be llm here: what is like the example is read without a language model")
+            raise UsageError("/parser cannot be llm here, because /example works only without a language model")
         self.options = replace(self.options, reading=replace(self.options.reading, parser=parser))
 
     def show_example(self, path: Path, exact: bool, folder: OwnFolder) -> Figure:
@@ -287,7 +287,7 @@ class TableSession:
         from agent.figures.examples import keep_example
 
         if self.options.reading.parser == "llm":
-            raise UsageError("/example is read without a language model; choose /parser embedding first")
+            raise UsageError("/example works only without a language model; choose /parser embedding first")
         like = keep_example(path, exact, folder)
         reading = replace(self.options.reading, like=like, like_always=False)
         self.options = replace(self.options, reading=reading, example=path, exact=exact)

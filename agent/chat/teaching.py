@@ -61,10 +61,10 @@ def figure_at_hand(situation: Situation, seen: Sequence[ObjectCloud], arranged: 
     """
     structures = situation.goal.structures
     if len(structures) > 1:
-        raise UsageError(f"there are {len(structures)} structures; a figure is taught by one, so build it alone")
+        raise UsageError(f"there are {len(structures)} structures, and a figure is taught from one; build it alone")
     proposal = situation.proposal
     if proposal is None and not arranged and not (structures and situation.built):
-        raise UsageError("no structure is proposed or built yet; say what to build, and then what it is called")
+        raise UsageError("no structure is proposed or built yet; say what to build, then what to call it")
     shape = structures[0].shape if structures else None
     if shape is not None and is_figure(shape):
         return replace(figure_named(shape), name=name, nouns=(name,))  # another name for what is known exactly
@@ -95,7 +95,7 @@ def with_structure_before(text: str, goal: Goal, example: str = "") -> str:
     shapes = {part.shape for part in goal.structures if part.shape is not None}
     if len(shapes) != 1:
         raise UsageError(
-            "there is no structure before" if not shapes else f"which one is meant: {', '.join(sorted(shapes))}?"
+            "there is no structure before" if not shapes else f"which one do you mean: {', '.join(sorted(shapes))}?"
         )
     shape = shapes.pop()
     said = "the example" if shape == example else with_indefinite_article(words_of(shape).words.nouns[0])

@@ -343,7 +343,7 @@ class ChatScreen:
         if rows:
             self._text.rows(rows)
         elif same:
-            self._text.line("  nothing; everything is as before")
+            self._text.line("  nothing; the goal is unchanged")
         if not (changed and same):
             self._text.line(f"  with {', '.join(payload['named'])}")
         for note in parse_notes({**payload, "named": ()})[:-1]:

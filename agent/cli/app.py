@@ -45,7 +45,7 @@ app = typer.Typer(
     help="Turn an instruction into a built structure: parse it, observe the table, sample and rank arrangements, and "
     "build the best one with a simulated Jaco arm.\n\n"
     'Example: structagent run "put the cups in a small circle on the left"',
-    epilog="Exit codes: 0 done; 2 usage error; 3 instruction not understood or not buildable with these objects; "
+    epilog="Exit codes: 0 done; 2 usage error; 3 instruction not understood, or not buildable with these objects; "
     "4 no valid goal; 5 execution failed; 6 bad input; 7 a network differs from its model card; "
     "8 built with only some of the requested objects; 130 interrupted; 143 terminated.",
     add_completion=False,

@@ -297,4 +297,4 @@ def _check_new_file(path: Path, option: str, suffixes: tuple[str, ...], force: b
     if path.suffix.lower() not in suffixes:
         raise UsageError(f"{option} cannot be {str(path)!r}; legal: a file with the suffix {' or '.join(suffixes)}")
     if path.is_dir() or (path.exists() and not force):
-        raise UsageError(f"{option} must be a new file, and {str(path)!r} exists; --force overwrites a file")
+        raise UsageError(f"{option} must be a new file, but {str(path)!r} exists; --force overwrites a file")

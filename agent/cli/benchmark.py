@@ -31,14 +31,14 @@ def benchmark(
         list[str] | None,
         typer.Option(
             metavar="|".join(SHAPES),
-            help="Structure to decide about. Repeatable. By default a circle of 7 objects, a tower of 4, a circle of "
+            help="Structure to plan. Repeatable. By default a circle of 7 objects, a tower of 4, a circle of "
             "10, and a tower of up to 10.",
         ),
     ] = None,
     objects: Annotated[int, typer.Option(metavar="N", min=1, help="Objects in the structure.")] = _OBJECTS,
     candidates: Annotated[int, typer.Option(metavar="N", min=1, help="Arrangements to sample and rank.")] = 64,
     runs: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Timed decisions, each about another scene, after one warm-up.")
+        int, typer.Option(metavar="N", min=1, help="Timed decisions, each on a different scene, after one warm-up.")
     ] = 7,
     # The tensors are too small to share: two threads that wait for each other take several times as long as one.
     threads: Annotated[int, typer.Option(metavar="N", min=1, help="Threads of PyTorch.")] = 1,
@@ -72,9 +72,8 @@ def benchmark(
 ) -> None:
     """Measure the seconds of decisions, step by step.
 
-    A decision runs from the observed point clouds to arrangements that are ranked and tried in physics. Each run
-    decides about another scene of procedural objects. Medians are reported of the whole and of each step, in
-    tables of Markdown.
+    A decision runs from the observed point clouds to arrangements that are ranked and tried in physics. Each run uses
+    another scene of procedural objects. Tables in Markdown have the medians of the whole and of each step.
 
     Example: structagent benchmark --structure circle --objects 7
     """
@@ -135,7 +134,7 @@ def _sampling(
     released = released_network.ReleasedNetwork(checkout)
     planner = latency.loaded(model, weights)
     if not isinstance(planner, DiffusionPlanner):
-        raise UsageError(f"--reference compares denoising steps, and --model {model} has none")
+        raise UsageError(f"--reference compares denoising steps, but --model {model} has none")
     shape, objects = decision
     (scene,) = latency.observed_scenes(shape, objects, 1)
     return [row.to_dict() for row in released_network.measure_sampling(released, planner, model, shape, scene, runs)]
@@ -156,9 +155,9 @@ def _check(
     if sweep is not None and reference is not None:
         raise UsageError("--reference times a single scene; leave out --sweep")
     if largest is not None and sweep is None:
-        raise UsageError("--largest bounds the sizes of --sweep, which is not given")
+        raise UsageError("--largest needs --sweep")
     if ray is not None and sweep is None:
-        raise UsageError("--ray reads the batches of --sweep, which is not given")
+        raise UsageError("--ray needs --sweep")
     for shape in structure or ():
         if shape not in SHAPES:
             raise UsageError(f"--structure cannot be {shape!r}; legal values: {', '.join(SHAPES)}")

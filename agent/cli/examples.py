@@ -13,7 +13,7 @@ LikeOption = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Example that instructions speak of as “the same”: a scene file, a recording, the folder or session of a "
+        help="Example that instructions refer to as “the same”: a scene file, a recording, the folder or session of a "
         "run or a chat, or a file of a figure.",
     ),
 ]
@@ -26,6 +26,6 @@ ExactOption = Annotated[
 def check_example(like: Path | None, exact: bool, parser: str) -> None:
     """Raise a `UsageError` for options that go with no example."""
     if exact and like is None:
-        raise UsageError("--exact copies an example; name it with --like FILE")
+        raise UsageError("--exact needs an example; name it with --like FILE")
     if like is not None and parser == "llm":
-        raise UsageError("--like is read without a language model; leave out --parser llm")
+        raise UsageError("--like works only without a language model; leave out --parser llm")

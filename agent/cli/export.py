@@ -121,7 +121,7 @@ def mcap(
 def _check_empty(out: Path) -> None:
     check_folder(out)
     if out.exists() and any(out.iterdir()):
-        raise UsageError(f"--out must be a new or an empty folder, and {str(out)!r} is not empty")
+        raise UsageError(f"--out must be a new or an empty folder, but {str(out)!r} is not empty")
 
 
 def _check_new(option: str, path: Path) -> None:

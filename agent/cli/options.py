@@ -92,7 +92,7 @@ SceneOption = Annotated[
     str,
     typer.Option(
         metavar="simulated|example|FILE|DIR",
-        help="What is on the table: objects drawn at random (simulated); the included recording (example); a scene "
+        help="Table to use: objects drawn at random (simulated); the included recording (example); a scene "
         "file (.yaml); a recording: a bag (.bag, .db3, .mcap, a ROS 2 folder), a point cloud (.ply, .pcd) or a folder "
         "of colour and depth images.",
     ),
@@ -128,10 +128,10 @@ HoldOption = Annotated[
 AcceptDrawingsOption = Annotated[
     bool,
     typer.Option(
-        "--accept-drawings", help="Build what the language model draws where no figure has the name, unasked."
+        "--accept-drawings", help="Build without asking what the language model draws for a name that no figure has."
     ),
 ]
-RECORD_NEEDS_ARM = "--record needs the arm, and --no-execute does not use it; leave out one of them"
+RECORD_NEEDS_ARM = "--record needs the arm, but --no-execute does not use it; leave out one of them"
 RecordOption = Annotated[
     bool,
     typer.Option(

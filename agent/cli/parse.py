@@ -83,7 +83,7 @@ def _only_text(batches: Iterator[list[str]]) -> Iterator[list[str]]:
         if unknown and (said := [line for line in lines if line.strip()]):
             unknown = False
             if what := _data_in(said):
-                legal = "parse takes an instruction a line, `structagent batch` takes JSON and tables"
+                legal = "parse takes one instruction per line; `structagent batch` takes JSON and tables"
                 raise BadInput(f"standard input {what}; {legal}")
         yield lines
 

@@ -31,7 +31,7 @@ def replay(
 ) -> None:
     """Show a session again in the terminal.
 
-    With --json its events are printed, one per line.
+    With --json the events are printed, one per line.
 
     Example: structagent replay out/cups/session.jsonl --speed 4
     """

@@ -30,12 +30,12 @@ ArmOption = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Arm behind --robot: jaco, or jaco:NAME if its driver (kinova-ros) calls it otherwise than the recording "
+        help="Arm behind --robot: jaco, or jaco:NAME if its driver (kinova-ros) uses another name than the recording "
         "or the model. [default: jaco]",
     ),
 ]
 ApproveOption = Annotated[
-    bool, typer.Option("--approve", help="Let the arm behind --robot move without asking. Needed where no terminal is.")
+    bool, typer.Option("--approve", help="Let the arm behind --robot move without asking. Required without a terminal.")
 ]
 
 
@@ -50,14 +50,14 @@ def robot_options(
     """
     if robot is None:
         if arm is not None or approve:
-            raise UsageError(f"{'--approve' if approve else '--arm'} is for an arm, and there is no --robot")
+            raise UsageError(f"{'--approve' if approve else '--arm'} needs --robot")
         return None
     from agent.pipeline.real_arm import SIMULATION, RobotOptions
 
     for wrong, told in (
-        (not execute, "--robot needs motions, and --no-execute makes none"),
-        (hold != "friction", "--robot holds by friction, and --hold weld plans with another hand"),
-        (disturb is not None, "--robot carries out one plan, and --disturb changes it on the way"),
+        (not execute, "--robot needs the motions of a build, and --no-execute plans none"),
+        (hold != "friction", "--robot cannot use --hold weld, because a real hand has no weld"),
+        (disturb is not None, "--robot carries out one fixed plan, and --disturb changes the plan"),
     ):
         if wrong:
             raise UsageError(f"{told}; leave out one of them")
@@ -65,7 +65,8 @@ def robot_options(
     address = SIMULATION if robot == SIMULATION else _address(robot)
     if not approve and (sys.stdin is None or not sys.stdin.isatty()):
         raise RobotRefused(
-            "the arm moves only after approval, and there is no terminal in which to ask; --approve approves beforehand"
+            "the arm moves only after approval, and there is no terminal to ask in; --approve gives the approval in "
+            "advance"
         )
     return RobotOptions(address, _told if approve else _asked, name)
 
@@ -86,8 +87,8 @@ def _arm_name(arm: str | None) -> str | None:
     kind, _, name = (arm or JACO).partition(":")
     if kind != JACO or (":" in (arm or "") and not name.replace("_", "").isalnum()):
         raise UsageError(
-            f"--arm cannot be {shortened(arm or '')!r}; legal: jaco, or jaco:NAME with a name of ROS: motions are "
-            "planned for the Jaco alone"
+            f"--arm cannot be {shortened(arm or '')!r}; legal: jaco, or jaco:NAME with a name of ROS, because motions "
+            "are planned only for the Jaco"
         )
     return name or None
 

@@ -110,7 +110,7 @@ def run(
     if record and not execute:
         raise UsageError(RECORD_NEEDS_ARM)
     if trajectories and not execute:
-        raise UsageError("--export-trajectory needs the arm, and --no-execute does not use it; leave out one of them")
+        raise UsageError("--export-trajectory needs the arm, but --no-execute does not use it; leave out one of them")
     if trajectories:
         from agent.recordings.trajectory_export import check_export
 

@@ -83,7 +83,7 @@ def new(
     Example: structagent scene new --objects ycb --shape tower --seed 3 --out desk.yaml
     """
     if out is not None and out.exists() and not force:
-        raise UsageError(f"--out must be a new file, and {str(out)!r} exists; --force overwrites it")
+        raise UsageError(f"--out must be a new file, but {str(out)!r} exists; --force overwrites it")
     import_pybullet_silently()
     from agent.scenes.files import scene_text, write_scene
     from agent.scenes.random_scenes import drawn_scene

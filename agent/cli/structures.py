@@ -103,9 +103,7 @@ def remove(name: NameArgument) -> None:
 
 
 def teach(
-    name: Annotated[
-        str, typer.Argument(metavar="NAME", help="What the figure is called from now on.", show_default=False)
-    ],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the figure from now on.", show_default=False)],
     source: Annotated[
         Path,
         typer.Option(
@@ -115,13 +113,11 @@ def teach(
             show_default=False,
         ),
     ],
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace a figure of this name that was taught before.")
-    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace a taught figure of the same name.")] = False,
 ) -> None:
     """Teach a figure by an example.
 
-    What stands there becomes a figure that instructions can name, of other objects and other numbers of them.
+    The structure in the example becomes a figure. Instructions can name it, also with other objects and other numbers.
 
     Example: structagent teach "city gate" --from out/gate
     """

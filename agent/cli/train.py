@@ -69,7 +69,8 @@ def _train_network(
     precision: Annotated[
         Precision,
         typer.Option(
-            metavar="float32|bfloat16", help="Precision of a generator's transformer; the weights stay float32."
+            metavar="float32|bfloat16",
+            help="Precision of the transformer of a pose generator; the weights stay float32.",
         ),
     ] = Precision.float32,
     seed: SeedOption = 0,
@@ -177,7 +178,7 @@ def train_goals(
     ] = CORRECTIONS,
     dropout: Annotated[
         float,
-        typer.Option(metavar="SHARE", min=0.0, max=0.9, help="Share of the values that are left out in each step."),
+        typer.Option(metavar="SHARE", min=0.0, max=0.9, help="Dropout: share of the values that each step leaves out."),
     ] = DROPOUT,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
@@ -205,7 +206,7 @@ def train_verifier(
         Path, typer.Option(metavar="DIR", help="Folder for config.json, model.safetensors and proposals.jsonl.")
     ],
     steps: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Optimiser steps, each on 48 goals beside texts.")
+        int, typer.Option(metavar="N", min=1, help="Optimiser steps, each on 48 pairs of goal and text.")
     ] = VERIFIER_STEPS,
     start: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Verifier to start from; by default the goal network's layers.")
@@ -242,7 +243,7 @@ def train_segmentation(
     ] = SEGMENTATION.steps,
     batch: Annotated[int, typer.Option(metavar="N", min=2, help="Views per step.")] = SEGMENTATION.batch,
     views: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Views to draw; each is used several times, varied.")
+        int, typer.Option(metavar="N", min=1, help="Views to draw; each is used several times with variations.")
     ] = SEGMENTATION_VIEWS,
     workers: Annotated[int, typer.Option(metavar="N", min=1, help="Processes that draw views.")] = 1,
     device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Device to train on.")] = "auto",

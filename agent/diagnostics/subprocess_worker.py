@@ -112,7 +112,7 @@ class _Process:
         try:
             code = self._process.wait(10)
         except subprocess.TimeoutExpired:
-            return "answers with something else than it should"
+            return "gives an unexpected answer"
         if code >= 0:
             self._complaints.seek(0)
             last = self._complaints.read().decode(errors="replace").strip().splitlines()[-1:]

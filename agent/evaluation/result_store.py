@@ -119,7 +119,7 @@ def _difference(key: str, stored: Any, wanted: Any) -> str:
     if key == "row_format":
         return "whose rows have an older format and cannot be resumed"
     if key == "version":
-        return f"by structagent {stored}, and this is {wanted}"
+        return f"by structagent {stored}, but this is {wanted}"
     if key == "code":
         return "by other code, and rows of both cannot be mixed"
     if key == "evaluation":

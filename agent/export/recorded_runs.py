@@ -42,7 +42,7 @@ def recorded_runs(folder: Path) -> Iterator[RecordedRun | LeftOut]:
         BadInput: if there is no such folder, or no run in it.
     """
     if not folder.is_dir():
-        raise BadInput(f"--runs must be a folder with runs, and there is no folder {str(folder)!r}")
+        raise BadInput(f"--runs must be a folder with runs, but there is no folder {str(folder)!r}")
     places = sorted({path.parent for name in (*RUN_FILES, RECORDING) for path in folder.rglob(name)})
     if not places:
         raise BadInput(f"no run is in {str(folder)!r}: `run --record` and `batch --record` make some")

@@ -134,7 +134,9 @@ def _example(path: Path, exact: bool) -> Example:
             with_table.world.close()
         return example_of_clouds((*scene.objects, *scene.distractors))
     legal = ", ".join((".toml", *SUFFIXES, *RECORDINGS, "report.json", ".jsonl"))
-    raise BadInput(f"{str(path)!r} is no example; legal: the folder of a run, or a file that ends in one of {legal}")
+    raise BadInput(
+        f"{str(path)!r} is not an example; legal: the folder of a run, or a file that ends in one of {legal}"
+    )
 
 
 def example_of_points(points: Sequence[np.ndarray]) -> Example:

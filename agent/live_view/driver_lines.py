@@ -160,9 +160,9 @@ class DriverLines:
     def _take_line(self, asked: Mapping[str, Any]) -> str:
         given = asked.get("line")
         if not isinstance(given, str) or not given.strip():
-            return "an empty line says nothing"
+            return "the line is empty"
         if len(given) > LONGEST:
-            return f"a line has at most {LONGEST} characters, and this one has {len(given)}"
+            return f"a line has at most {LONGEST} characters, but this one has {len(given)}"
         line = "".join(char if char.isprintable() else " " for char in given)
         if refused := self._refused_command(line):
             return refused
@@ -183,9 +183,9 @@ class DriverLines:
         if command is None:
             return ""
         if command[0].name == "/quit":
-            return "Ctrl-C in the terminal of structagent serve ends the chat; a page only leaves it"
+            return "a page cannot end the chat; Ctrl-C in the terminal of structagent serve ends it"
         if command[0].name in _WITH_FILES and command[1] and not self._files:
-            return f"{command[0].name} with a file is only for pages on the machine of structagent serve itself"
+            return f"{command[0].name} with a file works only for pages on the machine that runs structagent serve"
         return ""
 
     def _stop(self, asked: Mapping[str, Any]) -> str:

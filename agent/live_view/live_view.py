@@ -201,7 +201,7 @@ class LiveView:
                 now = replace(now, stage=stage, motions=max(now.motions, self._done))
             case StandingChanged():
                 now = self._stands(now, event.name, event.stands)
-                how = "stands again" if event.stands else f"stands no longer: it {event.trouble}"
+                how = "stands again" if event.stands else f"no longer stands: it {event.trouble}"
                 now = replace(now, stage=f"{event.name} {how} since {event.during}")
             case events.Checked():
                 now = replace(now, stage="checked")

@@ -49,7 +49,7 @@ def read_head(raw: bytes) -> Head | Refusal:
         return Refusal(400, "this is not a request of HTTP")
     method, target, version = found[1].decode(), found[2].decode("latin-1"), found[3]
     if version != b"1":
-        return Refusal(505, "only HTTP/1.0 and HTTP/1.1 are spoken here")
+        return Refusal(505, "only HTTP/1.0 and HTTP/1.1 are supported")
     if method not in METHODS:
         return Refusal(405, f"only {' and '.join(METHODS)} are answered")
     if len(target) > _LONGEST_TARGET:

@@ -84,7 +84,7 @@ class PlanLedger:
         """
         with self._lock:
             plan = self._known(plan_id)
-            self._spend(plan_id, "was used already, and a plan is used once")
+            self._spend(plan_id, "was already used, and a plan can be used only once")
             return plan
 
     def drop(self, plan_id: str, why: str) -> None:

@@ -94,7 +94,7 @@ class ProposeResult(Result):
     plans: list[PlanOffer] = Field(description="the best arrangements, best first")
     question: str | None = Field(description="with 'question': ask the person, and call propose with the answer")
     options: list[str] = Field(description="with 'question': the answers that it offers")
-    answer: str | None = Field(description="with 'answered': the reply to a text that asks for nothing to be built")
+    answer: str | None = Field(description="with 'answered': the reply to a text that does not ask for a build")
 
 
 class Check(Result):
@@ -128,9 +128,11 @@ class BuildResult(Result):
     other_arrangement: bool = Field(
         description="whether the arm built another arrangement of the same wish, because it found no way for this one"
     )
-    wish: str = Field(description="what was built: what the plan is for, or what say has made of it")
-    said: list[str] = Field(description="what was said while the arm was building")
-    unread: list[str] = Field(description="of that, what could not be read before the end; call propose with each")
+    wish: str = Field(description="what was built: the goal of the plan, or the goal after corrections by say")
+    said: list[str] = Field(description="the lines that came while the arm was building")
+    unread: list[str] = Field(
+        description="the lines of these that could not be read before the end; call propose with each"
+    )
     steps: list[str] = Field(description="what the arm did")
     checks: list[Check]
     seconds: float
@@ -146,7 +148,7 @@ class SayResult(Result):
             "after the build"
         )
     )
-    message: str = Field(description="what is told at once; tell it to the person")
+    message: str = Field(description="the immediate reaction; tell it to the person")
     wish: str | None = Field(description="what is wanted now; check it against what was asked for")
     answer: str | None = Field(description="with 'answered': the reply to a question")
     question: str | None = Field(description="a question that is open; the next call of say answers it")

@@ -123,7 +123,7 @@ def http_server(server: TableServer, address: Address, say: Say) -> tuple[uvicor
     """
     token = address.token
     if token is not None and len(token) < _LEAST_TOKEN:
-        raise UsageError(f"{TOKEN_VARIABLE} must have {_LEAST_TOKEN} characters or more, and it has {len(token)}")
+        raise UsageError(f"{TOKEN_VARIABLE} must have {_LEAST_TOKEN} characters or more, but it has {len(token)}")
     listening = _listen(address)
     port = listening.getsockname()[1]
     made = token is None and not address.is_loopback

@@ -217,11 +217,11 @@ class SharedTable:
         chosen = talk.option_of(line)
         if chosen is None and bare_words(line) in (*YES, *NO):
             raise UsageError(
-                f"{line!r} asks for nothing; call build with a plan_id to build, or stop to drop what is open"
+                f"{line!r} does not ask for anything; call build with a plan_id to build, or stop to drop what is open"
             )
         if chosen is None and talk.replied(line):
             return self._proposal("answered", answer=self._last(events.Answered).answer), []
-        self._begin_anew("something else was asked for since")
+        self._begin_anew("another request came since")
         return self._proposed(talk.say(line) if chosen is None else talk.answer(chosen), job)
 
     def propose_again(self, job: Job, seed: int | None = None) -> tuple[ProposeResult, list[bytes]]:
@@ -237,7 +237,7 @@ class SharedTable:
         """
         self._begin(job)
         if not self._talk.wanted.asked and self._talk.question is None:
-            raise UsageError("nothing was asked for yet, so there is no other arrangement; call propose with a wish")
+            raise UsageError("there is no request yet, so there is no other arrangement; call propose with a wish")
         self._begin_anew("another arrangement was asked for since")
         return self._proposed(self._talk.again(seed), job)
 
@@ -500,6 +500,6 @@ class SharedTable:
         record = self._turns.turn(number) if number > 0 else None
         if record is None:
             last = self._turns.count
-            legal = f"legal: {max(1, last - TURNS_KEPT + 1)} to {last}" if last else "nothing was asked for yet"
+            legal = f"legal: {max(1, last - TURNS_KEPT + 1)} to {last}" if last else "there is no request yet"
             raise UsageError(f"there is no turn {number}; {legal}")
         return record

@@ -300,7 +300,8 @@ def _check_that_it_asks(context: Context) -> None:
     elicitation = capabilities.elicitation if capabilities is not None else None
     if elicitation is None or (elicitation.form is None and elicitation.url is not None):
         raise UsageError(
-            "nothing was moved, because this client cannot ask a person (it has no form elicitation); use a client "
+            "nothing was moved, because this client cannot ask a person (it does not support form elicitation); use "
+            "a client "
             "that can, build with `structagent chat`, or start the server with --approve-all"
         )
     current_call.get().decision = audit.ASKED

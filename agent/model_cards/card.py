@@ -60,7 +60,7 @@ def new_facts(network: Network, run: Path | None, reports: tuple[Path, ...]) -> 
     if run is not None:
         training = _complete(_json(run / RECORD), _RECORDED, run / RECORD)
         if training["files"] != files_of(network):
-            raise BadInput(f"{run / RECORD} is of other weights than those in {network.folder}; copy them there first")
+            raise BadInput(f"{run / RECORD} is for other weights than those in {network.folder}; copy them there first")
     elif network.family in ("embedding", "goals", "verifier", "llm"):
         training = _parser_training(network)
     if reports:

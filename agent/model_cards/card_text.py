@@ -45,7 +45,7 @@ def checked_text(facts: Mapping[str, Any], path: Path) -> str:
     """
     try:
         if not isinstance(facts["name"], str):
-            raise TypeError("its name is no text")
+            raise TypeError("its name is not text")
         headline(facts)  # of tables
         return card_text(facts)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:

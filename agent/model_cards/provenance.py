@@ -85,5 +85,5 @@ def _provenance(name: str, folder: Path) -> Provenance:
         return Provenance(sums, f"the card of the weights in {folder} cannot be used: {error}")
     for file, about in found.items():
         if on_card.get(file) != about:
-            return Provenance(sums, f"{folder / file} is not the file of its card: its SHA-256 is {sums[file][:12]}")
+            return Provenance(sums, f"{folder / file} differs from its model card: its SHA-256 is {sums[file][:12]}")
     return Provenance(sums, MATCHES)

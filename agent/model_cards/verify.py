@@ -71,7 +71,7 @@ def _files(network: Network) -> str:
         raise _Wrong(f"no checksum is written: {network.folder} has neither {network.facts_path.name} nor {RECORD}")
     for name, about in found.items():
         if about != on_card.get(name):
-            raise _Wrong(f"{network.folder / name} is not the file of the card: its checksum differs")
+            raise _Wrong(f"{network.folder / name} differs from its model card: the checksums differ")
     return f"{len(found)} as on the card"
 
 

@@ -132,13 +132,13 @@ def _by_view(level_from_camera: np.ndarray, places: np.ndarray) -> Frames:
     counts = {side: count for side, (_, count) in reached.items()}
     side = max(counts, key=counts.__getitem__)
     note = (
-        "nothing says where the camera is: up is the table's normal, x the camera's direction of view, and the arm is "
+        "the camera's pose is unknown: up is the table's normal, x the camera's direction of view, and the arm is "
         "taken to stand on the table where it reaches the objects"
     )
     first = next(iter(_SIDES))
     if side != first:
         note = (
-            f"nothing says where the arm is: up is the table's normal, and the arm is taken to stand {side}, where it "
+            f"the arm's pose is unknown: up is the table's normal, and the arm is taken to stand {side}, where it "
             f"reaches {counts[side]} of {len(places)} objects; from the camera's side it would reach {counts[first]}; "
             "left and right are as the arm sees them"
         )

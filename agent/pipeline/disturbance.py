@@ -32,12 +32,12 @@ def check_disturbance(disturbance: Disturbance, scene: str, execute: bool) -> No
     path = Path(scene)
     if scene == EXAMPLE or path.suffix.lower() in RECORDINGS or (scene and path.is_dir()):
         raise UsageError(
-            f"--disturb {disturbance} is for simulated scenes, and --scene {shortened(scene)!r} is a recording of a "
+            f"--disturb {disturbance} is for simulated scenes, but --scene {shortened(scene)!r} is a recording of a "
             "real one"
         )
     if not execute:
         raise UsageError(
-            f"--disturb {disturbance} needs the arm, and --no-execute does not use it; leave out one of them"
+            f"--disturb {disturbance} needs the arm, but --no-execute does not use it; leave out one of them"
         )
 
 

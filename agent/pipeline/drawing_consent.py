@@ -30,7 +30,7 @@ def with_consent(
     nouns = " and ".join(repr(figure.nouns[0]) for figure in figures)
     if not accepts(figures):
         raise NotBuildable(
-            f"no figure is called {nouns}, and what the language model drew for it was accepted by nobody; accept "
+            f"no figure is called {nouns}, and the language model's drawing of it was not accepted; accept "
             "drawings with --accept-drawings, say it in `structagent chat`, or teach the figure first with "
             "`structagent teach`"
         )

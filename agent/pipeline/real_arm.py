@@ -94,8 +94,8 @@ class RealArm:
         robot.check_rest(self._start)
         self._robot = robot
         yield events.Noted(
-            f"the {kinematics.model.name} at {options.address} stands as the twin does; what follows is a rehearsal in "
-            "the simulation, and the arm does not move before you agree"
+            f"the {kinematics.model.name} at {options.address} is in the same pose as the twin; a rehearsal in "
+            "the simulation follows, and the arm does not move before you agree"
         )
 
     def rehearsal(self, building: Iterator[Event]) -> Iterator[Event]:
@@ -166,7 +166,7 @@ class RealArm:
         shortfall = describe_shortfall(table, "take part")
         lines += [f"Assumed: {note}" for note in (*table.notes, *((shortfall,) if shortfall else ()))]
         lines += [
-            "Nobody looks at the table meanwhile: its objects have to stand where the twin has them.",
+            "No camera watches the table meanwhile: the objects must stand where the twin has them.",
             "Keep out of the arm's reach, with a hand on its emergency stop.",
         ]
         return "\n".join(lines)

@@ -57,7 +57,7 @@ def check_new(path: Path, force: bool = False) -> None:
     if path.is_file() and not path.suffix:
         raise UsageError(f"--out must be a new bag, but {str(path)!r} is a file and not a bag")
     if not force:
-        raise UsageError(f"--out must be a new bag, and {str(path)!r} is there; --force overwrites it")
+        raise UsageError(f"--out must be a new bag, but {str(path)!r} exists; --force overwrites it")
 
 
 def _is_bag_folder(path: Path) -> bool:

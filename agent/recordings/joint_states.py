@@ -255,10 +255,7 @@ def _of_another(arms: Sequence[_Arm]) -> str:
         how = ", and --topic joints=TOPIC takes the one of a topic" if apart else ""
         what = f"the recording has {len(arms)} arms ({those}{more}): a plan is for one, {EXPECTED}{how}"
     else:
-        what = (
-            f"the recording's arm is none that is planned for: {arms[0].topics[0]} has {_described(arms[0])}; "
-            f"expected: {EXPECTED}"
-        )
+        what = f"the recorded arm is not supported: {arms[0].topics[0]} has {_described(arms[0])}; expected: {EXPECTED}"
     return f"{what}; no trajectory is exported for it, and the twin builds with a folded {DEFAULT_MODEL}"
 
 

@@ -219,7 +219,7 @@ class Lens:
         """Say so where the picture has not the size that the stated region and binning would give."""
         if self.views and self.views[0].size != (width, height):
             return (
-                f"the CameraInfo's region and binning give a picture of {_by(self.views[0].size)} pixels, and it has "
+                f"the CameraInfo's region and binning give a picture of {_by(self.views[0].size)} pixels, but it has "
                 f"{_by((width, height))}"
             )
         return ""

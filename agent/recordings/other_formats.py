@@ -25,7 +25,7 @@ def read_other(path: Path, options: ReadingOf = ReadingOf()) -> Recording:
     for given, name in ((options.at is not None, "--at"), (bool(options.topics), "--topic")):
         if given:
             what = "a folder of pictures" if path.is_dir() else "a cloud"
-            raise UsageError(f"{name} is for bags, and {str(path)!r} is {what}")
+            raise UsageError(f"{name} is for bags, but {str(path)!r} is {what}")
     if path.suffix.lower() in SUFFIXES:
         points, color, notes = read_cloud(path, options.depth_unit)
         frame, reduced = with_fewer_points(DepthFrame(points, color))

@@ -116,7 +116,7 @@ def _packed_columns(file: BinaryIO, fields: list[Field], count: int, wanted: Col
         fields = [field for field in fields if field.name != _PADDING]
     if unpacked != stride(fields) * count:
         raise BadInput(
-            f"it is damaged: it says that it unpacks to {unpacked} bytes, and {count} points have {each * count}"
+            f"it is damaged: it says that it unpacks to {unpacked} bytes, but {count} points have {each * count}"
         )
     check_length(count, compressed, os.fstat(file.fileno()).st_size - file.tell())
     if unpacked > (most := min(CLOUD_UNPACKED_BYTES, MOST_TIMES * compressed)):

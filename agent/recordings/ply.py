@@ -130,7 +130,7 @@ def _property(name: str, of: str, length: str = "") -> _Property:
         if kind not in _KINDS:
             raise BadInput(f"its header gives {name!r} the type {kind!r}; legal: {', '.join(_KINDS)}")
     if length and _KINDS[length] not in _LETTERS:
-        raise BadInput(f"its header counts the list {name!r} in {length!r}, which is no whole number")
+        raise BadInput(f"its header counts the list {name!r} in {length!r}, which is not a whole number")
     return _Property(name.lower(), _KINDS[of], int(_KINDS[of][1:]), 1, _KINDS[length] if length else "")
 
 

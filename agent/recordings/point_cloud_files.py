@@ -65,7 +65,7 @@ def read_cloud(path: Path, unit: float | None = None) -> tuple[np.ndarray, np.nd
     points, notes = in_metres(points, unit, f"the coordinates in {str(path)!r}")
     colors = colors_of(columns, (height * width,))
     if columns and colors is None:
-        notes = (*notes, f"its colours were left out: {', '.join(columns)} are no red, green and blue")
+        notes = (*notes, f"its colours were left out: {', '.join(columns)} are not red, green and blue")
     points = without_nothing(points)
     if not np.isfinite(points).any():
         raise BadInput(f"the cloud {str(path)!r} has no point that measures anything")

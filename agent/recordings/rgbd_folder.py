@@ -95,7 +95,7 @@ def read_rgbd(
         matrix = lens.intrinsics
         if lens.size not in (None, values.shape[::-1]):
             raise BadInput(
-                f"{str(lens.file)!r} is about pictures of {_by(lens.size)} pixels, and {str(depths[chosen])!r} has "
+                f"{str(lens.file)!r} is for pictures of {_by(lens.size)} pixels, but {str(depths[chosen])!r} has "
                 f"{_by(values.shape[::-1])}"
             )
     elif intrinsics is not None:

@@ -76,15 +76,13 @@ class Frames:
             position, quaternion = (shift.x, shift.y, shift.z), (turn.x, turn.y, turn.z, turn.w)
             length = math.hypot(*quaternion)
             if not (all(map(math.isfinite, (*position, *quaternion))) and 1e-6 < length < 1e6):
-                self.spoil(f"tf says no rotation or no place about {child!r} in {parent!r}, which was left out")
+                self.spoil(f"tf has no rotation or no position for {child!r} in {parent!r}; it was left out")
                 continue
             if not child or not parent or child == parent:
-                self.spoil(f"tf says nothing usable about {child!r} in {parent!r}, which was left out")
+                self.spoil(f"tf has no usable transform for {child!r} in {parent!r}; it was left out")
                 continue
             if abs(length - 1) > 0.001:
-                self.spoil(
-                    f"tf says a quaternion of length {length:.3g} about {child!r} in {parent!r}, which was mended"
-                )
+                self.spoil(f"tf has a quaternion of length {length:.3g} for {child!r} in {parent!r}; it was normalised")
             time = recorded if static else stamp(said.header, recorded)
             new = Transform(position, quaternion, time, recorded, static)
             old = self.transforms.get((child, parent))
@@ -217,7 +215,7 @@ def _take(bag: Bag, frames: Frames, streams: list[Stream], start: int | None, st
     """Add the messages of `streams` in a span of time."""
     for number, message in enumerate(bag.messages(streams, start, stop)):
         if static and number == _MOST_STATIC:
-            frames.spoil(f"of tf's static transforms the first {_MOST_STATIC} messages alone were read")
+            frames.spoil(f"only the first {_MOST_STATIC} messages of tf's static transforms were read")
             return
         try:
             frames.add(bag.decoded(message), message.recorded, static)

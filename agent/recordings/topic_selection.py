@@ -53,7 +53,7 @@ class Offer:
     blank: bool = False
 
     def is_about(self, picture: Offer) -> bool:
-        """Return whether a CameraInfo is about pictures of such a size."""
+        """Return whether a CameraInfo is for pictures of such a size."""
         return picture.size in (self.size, *self.views)
 
     @property

@@ -157,7 +157,7 @@ def read_recording(path: Path) -> BuildRecording:
         if path.stat().st_size > _MOST_BYTES:
             raise BadInput(f"the recording {str(path)!r} has more than {_MOST_BYTES} bytes, and no more are read")
         if not zipfile.is_zipfile(path):
-            raise BadInput(f"{str(path)!r} is not a recording of structagent: it is no .npz file")
+            raise BadInput(f"{str(path)!r} is not a recording of structagent: it is not an .npz file")
         with np.load(path, allow_pickle=False) as file:
             about = json.loads(str(file["about"]))
             state, commanded = (

@@ -77,7 +77,7 @@ def arm_sentence(payload: Mapping[str, Any], names: Sequence[str]) -> str:
         case "standing_changed" if payload["stands"]:
             return f"{payload['name']} stands as placed again, since {payload['during']}"
         case "standing_changed":
-            return f"{payload['name']} stands no longer: it {payload['trouble']} since {payload['during']}"
+            return f"{payload['name']} no longer stands: it {payload['trouble']} since {payload['during']}"
         case "noticed":
             answer = _ANSWERS.get(payload["action"], payload["action"])
             return f"noticed: {payload['name']} {payload['detail']}; {answer}"
@@ -219,8 +219,8 @@ _SHORTCOMING = {
     "structure": "it looks less like what was asked for",
     "collision": "objects come too close to each other",
     "bounds": "it reaches beyond the table's edge",
-    "checks": "it meets the measures asked for less surely",
-    "support": "what is stacked would stand less well",
+    "checks": "it meets the requested measures less closely",
+    "support": "the stack would stand less firmly",
     "free of distractors": "it comes too close to what has to stay",
 }
 _AS_GOOD, _ALMOST_AS_GOOD = 0.995, 0.95  # of the best's score
@@ -235,7 +235,7 @@ def shortcoming(scores: Mapping[str, float | None], best: Mapping[str, float | N
     """
     total, most = scores.get("total") or 0.0, best.get("total") or 0.0
     if not most:  # so little that it was rounded away
-        return "next to nothing, as the best"
+        return "almost zero, like the best"
     if total >= _AS_GOOD * most:
         return "as good as the best"
     shares = {name: (scores.get(name) or 0.0) / value for name, value in best.items() if name != "total" and value}

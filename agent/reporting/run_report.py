@@ -25,7 +25,7 @@ is what was `called` before. Version 4 has `goal` and `parts`. In version 5 `pro
 score `rollout` replace `imagination`, `imagination` and `imagined`, and `verdict` has `count` and `left_out`. In
 version 6 `placed` says whether the object stands (`trouble`), why it was moved `again` and what it was to rest `on`,
 `standing_changed` what fell later, and an object of the scene has its `number` on the table, from 1. In version 7
-`remarks` have what was said while the arm was building ("interjected"), and `turn` is new.
+`remarks` have the lines that came while the arm was building ("interjected"), and `turn` is new.
 """
 
 from __future__ import annotations

@@ -27,7 +27,9 @@ def part_error(part: Any) -> str:
                 good = False
     except (TypeError, KeyError, ValueError, AttributeError):
         good = False
-    return "" if good else "its table is no part that structagent writes; legal: seen, candidates, chosen, step, film"
+    return (
+        "" if good else "its table is not a part that structagent writes; legal: seen, candidates, chosen, step, film"
+    )
 
 
 def _numbers(values: Any, count: int) -> bool:

@@ -136,7 +136,7 @@ class Journal:
                 self.entries.append(entry)
                 whole.append(line + b"\n")
             elif number < last or wrong:
-                sentence = f"{str(self.path)!r}, line {number}: {wrong or f'this is no {what}'}"
+                sentence = f"{str(self.path)!r}, line {number}: {wrong or f'this is not a {what}'}"
                 if problem is None:
                     raise BadInput(f"{sentence}; choose another --out")
                 if line.strip():

@@ -30,7 +30,7 @@ def check_folder(folder: Path | None) -> None:
         return
     try:
         if folder.exists() and not folder.is_dir():
-            raise UsageError(f"--out must be a folder, and {str(folder)!r} is a file")
+            raise UsageError(f"--out must be a folder, but {str(folder)!r} is a file")
         _try_folder(folder)
     except OSError as error:
         raise BadInput(f"{_cannot_be(folder, error)}; legal: a folder that can be written to") from error
@@ -50,7 +50,7 @@ def check_file(file: Path | None) -> None:
         return
     try:
         if file.is_dir():
-            raise UsageError(f"--out must be a file, and {str(file)!r} is a folder")
+            raise UsageError(f"--out must be a file, but {str(file)!r} is a folder")
         if file.is_file():
             file.open("ab").close()
         elif not file.exists():  # what else is there, a pipe or a terminal, cannot be tried

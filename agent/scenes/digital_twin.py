@@ -285,8 +285,8 @@ class RecordedScene(TableScene):
             for index in moved:
                 self.world.hold(index)
                 notes.append(
-                    f"{self.names[index]} is held where it was seen until the arm takes it: its body would not stay "
-                    "there, so that what was not seen of it, or of what it stands on, may be completed badly"
+                    f"{self.names[index]} is held where it was seen until the arm takes it, because its body would not "
+                    "stay there: the hidden sides of it, or of what it stands on, may be wrong"
                 )
 
     def _left(self, index: int, now: np.ndarray) -> bool:

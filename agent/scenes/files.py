@@ -125,7 +125,7 @@ def parse_scene(text: str) -> tuple[tuple[PlacedObject, ...], list[Problem]]:
         line = text[: error.position].count("\n") + 1
         return (), [Problem(line, f"this is not YAML: the character {chr(error.character)!r} is not allowed")]
     except RecursionError:
-        return (), [Problem(1, "this is no scene: it is nested too deeply")]
+        return (), [Problem(1, "this is not a scene: it is nested too deeply")]
     reader = _Reader()
     objects = reader.scene(root)
     return tuple(objects), reader.problems
@@ -204,7 +204,7 @@ class _Reader:
         """
         unread = set() if unread is None else unread
         if not _is(node, "mapping"):
-            self._note(node, f"{what} must have the keys {', '.join(legal)}, and this is {_shown(node)}")
+            self._note(node, f"{what} must have the keys {', '.join(legal)}, but this is {_shown(node)}")
             return None
         found: dict[str, Any] = {}
         for key_node, value in node.value:

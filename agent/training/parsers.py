@@ -31,7 +31,7 @@ def train_embedding_parser(out: Path, sentences: int, start: Path | None, rate: 
         ParserWeightsError, EncoderError: for weights that cannot be read.
     """
     if start is not None and not start.is_dir():
-        raise UsageError(f"--start must be a folder of weights, and there is no folder {str(start)!r}")
+        raise UsageError(f"--start must be a folder of weights, but there is no folder {str(start)!r}")
     _check_rate("--rate", rate)
     from grounding.training.embedding_parser import BATCH, ParserTraining, train
 
@@ -55,7 +55,7 @@ def train_llm_adapter(out: Path, steps: int, start: Path | None, rate: float, se
         LLMError: if the language model is not installed, or the adapter does not fit it.
     """
     if start is not None and not start.is_file():
-        raise UsageError(f"--start must be an adapter file, and there is no file {str(start)!r}")
+        raise UsageError(f"--start must be an adapter file, but there is no file {str(start)!r}")
     _check_rate("--learning-rate", rate)
     from grounding.training.llm_adapter import AdapterTraining, train
 
@@ -110,7 +110,7 @@ def train_verifier(
     _check_rate("--learning-rate", rate)
     for option, folder in (("--start", start), ("--network", network)):
         if folder is not None and not folder.is_dir():
-            raise UsageError(f"{option} must be a folder of weights, and there is no folder {str(folder)!r}")
+            raise UsageError(f"{option} must be a folder of weights, but there is no folder {str(folder)!r}")
     from grounding.goal_network.writer import GoalNetworkError
     from grounding.training.calibration import calibrate
     from grounding.training.proposals import write_proposals

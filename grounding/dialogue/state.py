@@ -125,10 +125,10 @@ def back(state: Dialogue) -> tuple[Dialogue, Outcome]:
     if state.question is not None:
         return decline(state), Outcome("unchanged", state.goal, "the question is dropped, and the goal stays as it was")
     if state.wish.parts or state.refused:
-        said = "what was refused is dropped, and the goal stays as it was"
+        said = "the refused instruction is dropped, and the goal stays as it was"
         return replace(state, wish=Goal(), refused=""), Outcome("unchanged", state.goal, said)
     if not state.history:
-        return state, Outcome("refused", state.goal, "there is nothing to take back; say what to build")
+        return state, Outcome("refused", state.goal, "there is nothing to undo; say what to build")
     goal, standing = state.history[-1]
     before = Dialogue(goal, standing, history=state.history[:-1])
     dropped = tuple(part for part in state.goal.parts if part not in goal.parts)
@@ -178,7 +178,7 @@ def _replaced(state: Dialogue, goal: Goal, dropped: Sequence[Part], names: Seque
         dropped = _turned(state, dropped)
     listed = "; ".join(describe_part(part, names) for part in dropped)
     if not any(part in state.goal.parts for part in goal.parts):
-        return f"this takes the place of {listed}; “also …” adds to it"
+        return f"this replaces {listed}; say “also …” to keep both"
     return f"no longer wanted: {listed}"
 
 

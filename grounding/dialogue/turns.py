@@ -134,7 +134,7 @@ def _edited(state: Dialogue, text: str, edit: Edit, reader: Reader, names: Seque
     if len(possible) == 1:
         goal, changed = possible[0]
         return accepted(state, goal, names, changed=changed, spoken=spoken)
-    return _asked(state, f"which is meant by {shortened(text)!r}", [one for one, _ in possible], names, spoken)
+    return _asked(state, f"what does {shortened(text)!r} mean", [one for one, _ in possible], names, spoken)
 
 
 def _asked(
@@ -187,7 +187,7 @@ def _not_taken(
             if len(state.standing) == len(state.goal.parts):
                 return accepted(state, alone.goal, names, alone.message, alone, (), spoken)
             goals = [alone.goal, *((both,) if (both := _added(state.goal, alone.goal, names)) is not None else ())]
-            return _asked(state, "is this to be built instead, or as well", goals, names, spoken)
+            return _asked(state, "should this be built instead, or as well", goals, names, spoken)
     if found.status == "ask" and found.question is not None and found.choices:
         open_shape = _open_goal(found) if found.question.slot == "shape" else Goal()
         new = state.asking(found.question, found.choices, open_shape)

@@ -45,7 +45,9 @@ def swapped(goal: Goal, named: Sequence[int], targets: Sequence[int] | None, sto
         if (places := _places_exchanged(one, other)) is not None:
             instead = dict(zip(parts, places, strict=True))
             return Goal(tuple(instead.get(number, part) for number, part in enumerate(goal.parts)))
-    raise CannotEdit("it is not clear which two places should be exchanged; name both, as 'swap the cup and the can'")
+    raise CannotEdit(
+        "it is not clear which two places should be exchanged; name both, for example 'swap the cup and the can'"
+    )
 
 
 def _are_whole_parts(goal: Goal, named: Sequence[int], parts: Sequence[int]) -> bool:
@@ -60,13 +62,13 @@ def _within(goal: Goal, number: int, stood: bool) -> Goal:
     if isinstance(part, RelationPart):
         turned = part.relation in (*DIRECTIONAL, "on", "in")
         if not (turned and isinstance(part.objects, tuple) and isinstance(part.reference, tuple)):
-            raise CannotEdit(f"{part.relation!r} has no two places that could be exchanged")
+            raise CannotEdit(f"{part.relation!r} does not have two places to exchange")
         new: Part = replace(part, objects=part.reference, reference=part.objects)
         return Goal((*goal.parts[:number], new, *goal.parts[number + 1 :]))
     if isinstance(part.objects, tuple) and len(part.objects) == 2:
         one, other = part.objects
         return _objects_exchanged(goal, one, other, stood)
-    raise CannotEdit("it is not clear which two should be exchanged; name both, as 'swap the cup and the can'")
+    raise CannotEdit("it is not clear which two should be exchanged; name both, for example 'swap the cup and the can'")
 
 
 def _objects_exchanged(goal: Goal, one: int | str, other: int | str, stood: bool) -> Goal:
@@ -83,7 +85,7 @@ def _objects_exchanged(goal: Goal, one: int | str, other: int | str, stood: bool
             # way.
             new = replace(part, order=Order("listed", None, "bottom"))
             return Goal((*parts[:number], new, *parts[number + 1 :]))
-    raise CannotEdit("no order was asked for, so that these two have no places of their own; say which order you want")
+    raise CannotEdit("you have not given an order, so these two have no fixed places; say which order you want")
 
 
 def _in_layers(part: StructurePart) -> bool:

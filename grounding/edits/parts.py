@@ -98,7 +98,7 @@ def shifted(part: Part, said: Tokens, known: Standing) -> Part:
     """Move a part by centimetres: "move the line 5 cm to the left"."""
     metres = float(said.value("length") or 0.01 * float(said.value("number") or 0))
     if isinstance(part, RelationPart) and not {"more", "less"} & set(said.kinds.split()) and not known.stood:
-        raise CannotEdit(f"is that in all, or on top? Say '{metres * 100:.4g} cm more', or what it should be in all")
+        raise CannotEdit(f"is that the total or the increase? Say '{metres * 100:.4g} cm more', or the total")
     return _shifted(part, str(said.value("direction")), metres, known)
 
 
@@ -106,9 +106,9 @@ def resized(part: Part, said: Tokens, known: Standing) -> Part:
     """Make a structure a size larger or smaller: "bigger", "a bit tighter"."""
     word = str(said.value("more") or said.value("less"))
     if not isinstance(part, StructurePart) or word not in _SIZING:
-        raise CannotEdit("how much? Say it in centimetres, as '5 cm more'")
+        raise CannotEdit("how much? Say it in centimetres, for example '5 cm more'")
     if any(getattr(part, key) is not None for key in _LENGTHS):
-        raise CannotEdit(f"how much {word}? Say it in centimetres, as '5 cm {word}'")
+        raise CannotEdit(f"how much {word}? Say it in centimetres, for example '5 cm {word}'")
     step = 1 if said.value("more") is not None else -1
     if part.size is None and known.slots.size is None and "size" in slots_of(part.shape):
         return replace(part, size=SIZES[-1 if step > 0 else 0])  # nothing is known of it: the largest, or the smallest
@@ -120,13 +120,13 @@ def stepped(part: Part, said: Tokens, known: Standing) -> Part:
     direction = str(said.value("direction"))
     slot, values, step = _ACROSS[direction]
     if isinstance(part, RelationPart) and part.relation != "at":
-        raise CannotEdit(f"how far? Say it in centimetres, as '5 cm {_way(direction)}'")
+        raise CannotEdit(f"how far? Say it in centimetres, for example '5 cm {_way(direction)}'")
     if isinstance(part, StructurePart) and slot not in slots_of(part.shape):
-        raise CannotEdit(f"a {part.shape} takes no such place")
+        raise CannotEdit(f"a {part.shape} cannot be placed there")
     now = getattr(part, slot) or getattr(known.slots, slot) or values[1]
     at = values.index(now) + step
     if not 0 <= at < len(values):
-        raise CannotEdit(f"it is on that side already; when it is built, '5 cm {_way(direction)}' moves it")
+        raise CannotEdit(f"it is already on that side; after the build, '5 cm {_way(direction)}' moves it")
     new: dict[str, Any] = {slot: values[at]}
     return replace(part, **new)
 
@@ -134,13 +134,13 @@ def stepped(part: Part, said: Tokens, known: Standing) -> Part:
 def turned(part: Part, said: Tokens, known: Standing) -> Part:
     """Turn a structure by quarters: "turn it by 90 degrees", clockwise unless the other way is said."""
     if not isinstance(part, StructurePart):
-        raise CannotEdit("single objects are not turned; a structure is, as in 'a line that faces left'")
+        raise CannotEdit("only a structure can be turned, for example 'a line that faces left'")
     if "rotation" not in slots_of(part.shape):
         raise CannotEdit(f"a {part.shape} has no rotation: it looks the same from every side")
     sign = float(said.value("rotation") or (-1 if said.value("direction") == "left" else 1))
     quarters = float(said.value("angle") or (180 if said.value("way") is not None else 90)) / 90
     if quarters != int(quarters):
-        raise CannotEdit("a structure turns by quarters; say 'turn it by 90 degrees'")
+        raise CannotEdit("a structure turns in steps of 90 degrees; say 'turn it by 90 degrees'")
     now = part.rotation or known.slots.rotation
     if now is None:
         unrotated = words_of(part.shape).unrotated if part.shape else ""
@@ -165,7 +165,7 @@ def other_side(part: Part, said: Tokens, known: Standing) -> Part:
         if now not in (None, middle):
             new: dict[str, Any] = {slot: OPPOSITE[now]}
             return replace(part, **new)
-    raise CannotEdit("it is on no side; say which side it should be on, as 'on the left'")
+    raise CannotEdit("it has no side yet; say which side it should be on, for example 'on the left'")
 
 
 def other_way(part: Part, said: Tokens, known: Standing) -> Part:
@@ -176,11 +176,11 @@ def other_way(part: Part, said: Tokens, known: Standing) -> Part:
             or isinstance(part.objects, PartReference)
             or part.reference is None
         ):
-            raise CannotEdit(f"{part.relation!r} has no other way round")
+            raise CannotEdit(f"{part.relation!r} cannot be reversed")
         return replace(part, objects=part.reference, reference=part.objects)
     if part.order is None:
         if known.slots.rotation is None and part.rotation is None:
-            raise CannotEdit("it has no order and faces no side so far; say which, as 'from short to tall'")
+            raise CannotEdit("it has no order and no direction yet; say one, for example 'from short to tall'")
         return turned(part, replace(said, tokens=(*said.tokens, _HALF)), known)
     order = part.order
     if order.start is not None:
@@ -196,7 +196,7 @@ def _sized(part: StructurePart, step: int, known: Standing) -> Part:
         raise CannotEdit(f"a {part.shape} has no size")
     at = SIZES.index(part.size or known.slots.size or SIZES[1]) + step
     if not 0 <= at < len(SIZES):
-        raise CannotEdit(f"it is {SIZES[at - step]} already; say how long in centimetres, as 'gap 10 cm'")
+        raise CannotEdit(f"it is already {SIZES[at - step]}; give a length in centimetres, for example 'gap 10 cm'")
     return replace(part, size=SIZES[at])
 
 
@@ -216,10 +216,10 @@ def _length_key(part: Part, said: Tokens, given: bool = True) -> str:
         key = "gap"
     legal = [each for each in _LENGTHS if takes_key(getattr(part, "shape", None), each)]
     if key != "distance" and key not in legal:
-        example = f": say which and how much, as '{legal[0]} 10 cm'" if legal else ""
-        raise CannotEdit(f"it has no such length so far{example}")
+        example = f"; give one, for example '{legal[0]} 10 cm'" if legal else ""
+        raise CannotEdit(f"it has no such length yet{example}")
     if given and getattr(part, key) is None:
-        raise CannotEdit(f"it has no {key} so far; say it in centimetres, as '{key} 10 cm'")
+        raise CannotEdit(f"it has no {key} yet; give one in centimetres, for example '{key} 10 cm'")
     return key
 
 
@@ -229,7 +229,7 @@ def _with_length(part: Part, key: str, metres: float, known: Standing) -> Part:
     if isinstance(part, RelationPart) and part.relation == "moved" and metres < 0:
         return replace(part, direction=OPPOSITE[str(part.direction)], distance=round(-metres, 6))
     if metres < 0 or (metres == 0 and key != "gap"):
-        raise CannotEdit(f"its {key} would be {metres * 100:.4g} cm; say how long it should be, as '{key} 5 cm'")
+        raise CannotEdit(f"its {key} would be {metres * 100:.4g} cm; give its length, for example '{key} 5 cm'")
     new: dict[str, Any] = {key: round(metres, 6)}
     return replace(part, **new)
 
@@ -255,8 +255,8 @@ def _shifted(part: Part, direction: str, metres: float, known: Standing) -> Part
     if known.stood and isinstance(part.objects, tuple):
         return RelationPart("moved", part.objects, direction=direction, distance=round(metres, 6))
     raise CannotEdit(
-        "a place to the centimetre is measured from where things stand, and this is not built yet: build it and say it "
-        f"again, or say 'further {_way(direction)}'"
+        "a move in centimetres starts from where the objects stand, and this is not built yet: build it first, or say "
+        f"'further {_way(direction)}'"
     )
 
 

@@ -72,14 +72,14 @@ def drawings_among(shapes: Iterable[str | None]) -> dict[str, str]:
 def _drawn(shape: str) -> Figure:
     found = _INLINE.fullmatch(shape)
     if found is None:
-        raise FigureError(f"{shape!r:.60} is no drawing; legal: {DRAWING}NAME <DRAWING>")
+        raise FigureError(f"{shape!r:.60} is not a drawing; legal: {DRAWING}NAME <DRAWING>")
     noun = found[1]
     try:
         entries = json.loads(shape[len(DRAWING) + len(noun) + 2 : -1])
     except (ValueError, RecursionError) as error:
         raise FigureError(f"the drawing of {noun!r:.60} is not JSON: {error}") from error
     if not isinstance(entries, dict):
-        raise FigureError(f"the drawing of {noun!r:.60} is no JSON object")
+        raise FigureError(f"the drawing of {noun!r:.60} is not a JSON object")
     return _checked(
         figure_from({"name": noun, "nouns": [noun]} | {key: entries[key] for key in entries if key in KEYS})
     )

@@ -85,7 +85,7 @@ def load_goal_rows(path: str | Path) -> list[GoalRow]:
     """
     rows = [_row(line, where) for where, line in read_lines(path)]
     if not rows:
-        raise BenchmarkError(f"{path} holds no row; a row is a JSON object with {', '.join(KEYS)}")
+        raise BenchmarkError(f"{path} has no row; a row is a JSON object with {', '.join(KEYS)}")
     return rows
 
 

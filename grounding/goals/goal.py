@@ -100,7 +100,7 @@ class Goal:
         rest = tuple(i for i in range(count) if i not in others)
         for number, part in enumerate(self.parts):
             if isinstance(part, StructurePart) and part.objects is None and not rest:
-                raise GoalError(f"part {number} takes all objects that no other part names, and there are none")
+                raise GoalError(f"part {number} takes all objects that no other part names, but there are none")
         return Goal(tuple(
             replace(part, objects=rest) if isinstance(part, StructurePart) and part.objects is None else part
             for part in self.parts

@@ -123,7 +123,8 @@ class StructurePart:
         for key, shapes in SHAPES_OF_KEY.items():
             if getattr(self, key) is not None and not takes_key(self.shape, key):
                 raise GoalError(
-                    f"a {self.shape or 'structure without a shape'} takes no {key}; shapes that do: {', '.join(shapes)}"
+                    f"a {self.shape or 'structure without a shape'} cannot have the key {key}; shapes that can: "
+                    f"{', '.join(shapes)}"
                 )
         for key in ("gap", "radius", "length"):
             _require_length(key, getattr(self, key), zero=key == "gap")
@@ -200,7 +201,7 @@ class RelationPart:
         _require_objects("objects", self.objects, exactly=2 if self.relation == "swapped" else None)
         alone = self.relation in ("at", "moved", "swapped")
         if alone and self.reference is not None:
-            raise GoalError(f"the relation {self.relation!r} takes no reference")
+            raise GoalError(f"the relation {self.relation!r} cannot have a reference")
         if not alone and self.reference is None:
             raise GoalError(f"the relation {self.relation!r} needs a reference")
         _require_objects("reference", self.reference, exactly=2 if self.relation == "between" else None)
@@ -213,7 +214,7 @@ class RelationPart:
     def _check_keys(self) -> None:
         if self.distance is not None and self.relation not in WITH_DISTANCE:
             raise GoalError(
-                f"the relation {self.relation!r} takes no distance; those that do: {', '.join(WITH_DISTANCE)}"
+                f"the relation {self.relation!r} cannot have a distance; those that can: {', '.join(WITH_DISTANCE)}"
             )
         _require_length("distance", self.distance, zero=self.relation != "moved")
         _require("x_position", self.x_position, (*X_POSITIONS, None))
@@ -225,7 +226,7 @@ class RelationPart:
         if self.relation == "moved" and (self.direction is None or self.distance is None):
             raise GoalError("the relation 'moved' needs a direction and a distance")
         if self.relation != "moved" and self.direction is not None:
-            raise GoalError(f"the relation {self.relation!r} takes no direction")
+            raise GoalError(f"the relation {self.relation!r} cannot have a direction")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the part as JSON values."""

@@ -66,10 +66,10 @@ def read_reply(
         return ModelReply(decision, _goal(said.get("goal"), names, secrets, drawn), reason=reason)
     if decision == ASK:
         if not question:
-            raise ValueError("its decision is ask, and it has no question")
+            raise ValueError("its decision is ask, but it has no question")
         return ModelReply(decision, question=question, options=_options(said.get("options"), names, secrets, drawn))
     if decision == REFUSE and not reason:
-        raise ValueError("its decision is refuse, and it has no reason")
+        raise ValueError("its decision is refuse, but it has no reason")
     return ModelReply(decision, reason=reason)
 
 
@@ -111,21 +111,21 @@ def problem_of(goal: Goal, names: Sequence[str] | None) -> str:
 def _goal(values: Any, names: Sequence[str] | None, secrets: Collection[str], drawn: Mapping[str, str]) -> Goal:
     try:
         goal = Goal.from_dict(_without_nulls(values, drawn))
-        problem = problem_of(goal, names) if goal.parts else "its decision is build, and its goal has no parts"
+        problem = problem_of(goal, names) if goal.parts else "its decision is build, but its goal has no parts"
         problem = problem or _secret_name(goal, secrets)
     except (GoalError, FigureError) as error:
         problem = str(error)
     if problem:
         message = shortened(without_drawings(problem), MOST_CHARACTERS)
         hidden = any(shares_secret(message, each) for each in secrets)
-        raise ValueError("it is not a goal that can be had" if hidden else message) from None
+        raise ValueError("this goal cannot be built" if hidden else message) from None
     return goal
 
 
 def _without_nulls(values: Any, drawn: Mapping[str, str]) -> Any:
     """Leave out keys that say nothing: models give a relation the keys of a structure, all null."""
     if not isinstance(values, dict):
-        raise GoalError("its decision is build, and it has no goal")
+        raise GoalError("its decision is build, but it has no goal")
     if not isinstance(values.get("parts"), list):
         return values
     parts = [_said_keys(part) if isinstance(part, dict) else part for part in values["parts"]]

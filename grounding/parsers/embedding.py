@@ -170,7 +170,7 @@ def _sound(text: str) -> str:
 def _why_unreadable(text: str) -> str:
     if not any(letter.isalnum() for letter in text):
         said = "is empty" if not text.strip() else "has no words"
-        return f"the instruction {said}; say what to build, as 'a small circle on the left'"
+        return f"the instruction {said}; say what to build, for example 'a small circle on the left'"
     return _too_long(text) if len(text) > MAX_CHARACTERS else ""
 
 

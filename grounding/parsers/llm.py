@@ -48,7 +48,7 @@ class LLMParser:
         if not any(char.isalnum() for char in quoted):
             return unreadable(
                 text,
-                "the instruction has no words; say what to build, as 'a small circle on the left'",
+                "the instruction has no words; say what to build, for example 'a small circle on the left'",
                 self.name,
             )
         if len(quoted.encode()) > MAX_BYTES:

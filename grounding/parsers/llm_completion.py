@@ -56,19 +56,19 @@ def read_completion(answer: bytes) -> Completion:
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         if answer.lstrip()[:1] == b"<":
             raise CompletionError(
-                "answered with something else than a chat completion: a web page, such as that of a log-in or a proxy"
+                "answered with something other than a chat completion: a web page, such as that of a log-in or a proxy"
             ) from error
         if answer.startswith(_GZIP):
             raise CompletionError("answered with compressed bytes, which were not asked for") from error
         if _is_error(answer):
             raise CompletionError("answered with an error, under status 200, in place of a completion") from error
-        raise CompletionError("answered with something else than a chat completion") from error
+        raise CompletionError("answered with something other than a chat completion") from error
     message, finish = choice
     content = message.get("content")
     reasoning = next((message[key] for key in _REASONING if message.get(key)), None)
     refusal = message.get("refusal") or any(isinstance(part, dict) and part.get("refusal") for part in _parts(content))
     if not isinstance(content, (str, list)) and not (finish and "content" in message) and not reasoning and not refusal:
-        raise CompletionError("answered with something else than a chat completion")
+        raise CompletionError("answered with something other than a chat completion")
     thoughts, text = split_thoughts(_joined(content))
     if not text and finish != "length":
         # Some servers take a model's whole answer for its thoughts. Only what is an answer and nothing else is one.

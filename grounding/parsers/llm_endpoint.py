@@ -246,14 +246,14 @@ def _secrets(url: str, key: str) -> frozenset[str]:
 
 def _meaning(status: int, withheld: str | None) -> str:
     if 300 <= status < 400:
-        return f"sent the request elsewhere (status {status}), which is not followed"
+        return f"redirected the request (status {status}), and redirects are not followed"
     if status in (401, 403) and withheld:
         return (
-            f"wants a key (status {status}), and the one in {withheld} is sent only to the host that you name "
+            f"requires a key (status {status}), and the one in {withheld} is sent only to the host that you name "
             "yourself, by --llm-url, STRUCTAGENT_LLM_URL or llm_url in your own file"
         )
     if status in (401, 403):
-        return f"wants a valid key (status {status}); set {KEY_VARIABLE}"
+        return f"requires a valid key (status {status}); set {KEY_VARIABLE}"
     if status == 429:
         return "has no quota left for this key (status 429)"
     return f"answered with status {status}"
@@ -274,7 +274,7 @@ def _addresses(url: str) -> tuple[str, str]:
     except ValueError:
         host, port, parts = None, None, urlsplit("")
     if parts.scheme not in ("http", "https") or not host:
-        raise LLMError("the language model's address is no http or https address")
+        raise LLMError("the language model's address is not an http or https address")
     path = parts.path.rstrip("/")
     if not path.endswith("/chat/completions"):
         path += "/chat/completions"

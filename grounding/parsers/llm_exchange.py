@@ -168,4 +168,8 @@ def why_not(error: BaseException) -> str:
             return "does not speak TLS, as an https address asks for"
         kinds.append(type(cause).__name__)
         cause = cause.__cause__ or cause.__context__
-    return "could not be reached" if "ConnectError" in kinds else f"could not be talked to ({kinds[0]})"
+    return (
+        "could not be reached"
+        if "ConnectError" in kinds
+        else f"could not be reached: communication failed ({kinds[0]})"
+    )

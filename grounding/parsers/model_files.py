@@ -79,7 +79,7 @@ def check_files(folder: Path) -> None:
     for path in sorted(folder.glob("*.json")):
         size, most = path.stat().st_size, JSON_BYTES if path.name in _CONFIGS else TOKENIZER_BYTES
         if not path.is_file() or size > most:
-            what = f"has {size} bytes; at most {most} are read" if path.is_file() else "is no file"
+            what = f"has {size} bytes; at most {most} are read" if path.is_file() else "is not a file"
             raise ModelFilesError(f"{path.name} {what}")
     for path in _weights(folder):
         try:
@@ -109,7 +109,7 @@ def _config(folder: Path) -> dict[str, Any]:
     except OSError as error:
         raise ModelFilesError(f"{path.name} cannot be read: {error.strerror}") from error
     except ValueError as error:
-        raise ModelFilesError(f"{path.name} is no JSON text") from error
+        raise ModelFilesError(f"{path.name} is not JSON text") from error
     if not isinstance(found, dict):
         raise ModelFilesError(f"{path.name} holds no JSON object")
     return found
@@ -127,7 +127,7 @@ def _weights(folder: Path) -> list[Path]:
     try:
         names = {Path(name) for name in read_json(index, TOKENIZER_BYTES)["weight_map"].values()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
-        raise ModelFilesError(f"{index.name} is no list of files of weights") from error
+        raise ModelFilesError(f"{index.name} is not a list of weight files") from error
     if any(name.name != str(name) for name in names):
         raise ModelFilesError(f"{index.name} names a file outside its folder")
     return sorted(folder / name for name in names)

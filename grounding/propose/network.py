@@ -25,7 +25,7 @@ from grounding.resolve.attributes import SceneObject
 from grounding.structure_words import words_of
 
 READINGS = 3  # of a text with a shape that was not taught, each with another stand-in; their certainties are averaged
-_UNLIKE = "it does not say what is to be like the example; say 'the same', as in 'the same with the cups on the left'"
+_UNLIKE = "it does not refer to the example; say 'the same', for example 'the same with the cups on the left'"
 LIKELIEST = 5  # proposals of a text: where the first is wrong, one of the others is right for half of the texts
 
 

@@ -50,10 +50,10 @@ class WordedGoal:
         left = [(one, [word for word in one.words if word.lower() not in held]) for one in there]
         sized = [one for one in there if one.size and "size" not in words_of(one.shape).slots]
         return tuple(
-            f"{one.size!r} is not read of a {one.shape}, which has no size: more or larger objects make it larger"
+            f"{one.size!r} is ignored, because a {one.shape} has no size: more or larger objects make it larger"
             for one in sized
         ) + tuple(
-            f"{' '.join(words)!r} of {' '.join((*words, one.noun))!r} is not known: this is a plain {one.shape}"
+            f"{' '.join(words)!r} in {' '.join((*words, one.noun))!r} is not known: this is a plain {one.shape}"
             for one, words in left
             if words
         )

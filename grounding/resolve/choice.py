@@ -73,7 +73,7 @@ class Choice:
             mistyped = nearest is not None and nearest[0] != unknown[0]  # "bleu cups"
             if mistyped or not phrase.noun or not phrase.plural or phrase.count is not None:
                 raise problem
-            self.notes.append(f"{problem}: that word was left out of the choice")
+            self.notes.append(f"{problem}: that word was ignored")
         return found
 
     def _agrees(self, phrase: Phrase, found: Sequence[int]) -> bool:

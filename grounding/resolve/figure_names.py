@@ -34,7 +34,8 @@ def checked_name(name: str, also_taught: bool = False) -> str:
         )
     if said in FUNCTION_WORDS or said.startswith((LIKE, WORD, DRAWING)):
         raise FigureError(
-            f"a figure cannot be called {said!r}, a word of sentences; choose a noun, such as 'city gate'"
+            f"a figure cannot be called {said!r}, a word with another meaning in instructions; choose a noun, such "
+            f"as 'city gate'"
         )
     shapes = {noun: shape.name for shape in STRUCTURES.values() for noun in (shape.name, *shape.words.nouns)}
     shipped = {noun.lower(): one for one, nouns in figure_nouns(taught=False).items() for noun in nouns}

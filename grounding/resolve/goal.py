@@ -152,9 +152,9 @@ def _question(doubt: Doubt, there: Referents) -> UnclearObjectsError:
     if doubt.instead:
         text = f"there is no {doubt.instead} here; does {doubt.phrase!r} mean: {listed}?"
     elif doubt.count > 1:
-        text = f"{doubt.phrase!r} can be any {doubt.count} of {len(doubt.found)} objects: {listed}; which ones?"
+        text = f"{doubt.phrase!r} means {doubt.count} of these {len(doubt.found)} objects: {listed}; which ones?"
     else:
-        text = f"{doubt.phrase!r} can be each of {len(doubt.found)} objects: {listed}; which one?"
+        text = f"{doubt.phrase!r} fits {len(doubt.found)} objects: {listed}; which one?"
     question = Question(OBJECT, text, tuple(there.names[i] for i in doubt.found))
     return UnclearObjectsError(question, doubt.phrase, doubt.found, doubt.count, bool(doubt.instead))
 
@@ -205,7 +205,7 @@ def _less(parts: Sequence[dict[str, Any]], kept: Sequence[Any], there: Referents
         elif isinstance(objects, list):
             objects = [one for one in objects if one not in kept]
         if objects == []:
-            raise ResolveError("the instruction leaves alone all the objects that it moves")
+            raise ResolveError("the instruction moves the same objects that it says to leave alone")
         found.append(part | {"objects": objects})
     return found
 

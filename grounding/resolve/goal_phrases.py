@@ -59,7 +59,7 @@ class GoalPhrases:
         read = PhraseParser([guessed.get(word, word) for word in words], self._there).phrases() if guessed else None
         if read is None:
             return [Phrase(text, "unread")]
-        self.notes += [f"{word!r} is taken for {noun!r}" for word, noun in guessed.items()]
+        self.notes += [f"{word!r} is read as {noun!r}" for word, noun in guessed.items()]
         return read
 
     def _words(self, text: str) -> tuple[str, ...]:

@@ -67,7 +67,7 @@ class PhraseObjects:
         if phrase.text in self._known:
             return list(self._known[phrase.text])
         if phrase in self._open:
-            raise ResolveError(f"{phrase.text!r} cannot be told without itself")
+            raise ResolveError(f"{phrase.text!r} refers to itself")
         self._open.add(phrase)
         try:
             return self._meant(phrase)
@@ -76,7 +76,7 @@ class PhraseObjects:
 
     def _meant(self, phrase: Phrase) -> list[int]:
         if phrase.kind == "unread":
-            raise ResolveError(f"it is not understood which objects {phrase.text!r} are")
+            raise ResolveError(f"it is not clear which objects {phrase.text!r} means")
         if phrase.kind == "known":
             return list(phrase.objects)
         if phrase.kind in ("all", "rest", "pronoun"):
@@ -125,7 +125,7 @@ class PhraseObjects:
                 return told  # "the pots in a heap, and the can to the right of them"
         elif one := self._told.one():
             return one
-        raise ResolveError(f"it is not said what {phrase.text!r} stands for")
+        raise ResolveError(f"it is not clear what {phrase.text!r} refers to")
 
     def _best(self, phrase: Phrase) -> list[int]:
         """Find the objects in the first meaning of the noun in which as many fit as the phrase speaks of."""
@@ -227,12 +227,12 @@ class PhraseObjects:
     def _counted(self, phrase: Phrase, found: list[int]) -> list[int]:
         """Compare how many were found with how many a phrase speaks of."""
         if phrase.half and len(found) % 2:
-            raise ResolveError(f"{phrase.text!r} is not possible: half of {len(found)} is no whole number")
+            raise ResolveError(f"{phrase.text!r} is not possible: half of {len(found)} is not a whole number")
         phrase = replace(phrase, half=False, count=len(found) // 2, definite=False) if phrase.half and found else phrase
         if not found or (phrase.count is not None and len(found) < phrase.count):
             if not found:
                 raise AbsentError(phrase.text)
-            raise ResolveError(f"{phrase.text!r} speaks of {phrase.count}, and there are {len(found)}")
+            raise ResolveError(f"{phrase.text!r} needs {phrase.count} objects, but there are {len(found)}")
         wanted = phrase.count if phrase.count is not None else (None if phrase.plural or phrase.every else 1)
         if wanted is None or len(found) == wanted:
             return found

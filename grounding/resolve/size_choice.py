@@ -64,7 +64,7 @@ class SizeChoice:
             raise ResolveError("it is not known which of the objects here are of a middle size")
         ranked = [found[i] for i in order]
         if any(self._alike("large", a, b) for a, b in zip(ranked, ranked[1:], strict=False)):
-            raise ResolveError("the objects are not of three sizes")
+            raise ResolveError("the objects do not have three different sizes")
         return ranked[1:2]
 
     def beyond(self, test: Test, index: int) -> bool:

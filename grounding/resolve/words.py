@@ -48,7 +48,7 @@ class WordPhrases:
                 if everything and group.role == "structure" and len(group.texts) == 1 and not without:
                     return None
                 if kind == "pronoun":
-                    return ResolveError(f"it is not said what {words!r} stands for")
+                    return ResolveError(f"it is not clear what {words!r} refers to")
                 found.append(_ARTICLE.sub("", words, count=1) if kind == "objects" and _ARTICLE.match(words) else words)
         return list(dict.fromkeys(found))
 

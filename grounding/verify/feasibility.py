@@ -49,7 +49,7 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
     what = with_article(without_drawings(words.name))
     those = worded_objects(members, names)
     if not members:
-        return f"{what} needs {words.least} objects, and no object is left for it"
+        return f"{what} needs {words.least} objects, but no object is left for it"
     if len(members) < words.least:
         count = f"{those} {'are' if len(members) > 1 else 'is'} only {len(members)}"
         instead = (
@@ -58,22 +58,25 @@ def _structure(part: StructurePart, members: Sequence[int | str], names: Sequenc
             else Goal((RelationPart("at", tuple(members), x_position="left"),))
         )
         needed = words.least if words.figure is None else words.figure.legal_numbers()
-        return f"{what} needs {needed} objects, and {count}; say {worded_goal(instead, names)!r}"
+        return f"{what} needs {needed} objects, but {count}; say {worded_goal(instead, names)!r}"
     if words.figure is not None and len(members) not in words.figure.legal:
         most = max(number for number in words.figure.legal if number < len(members))
         some = Goal((replace(part, objects=tuple(members[:most])),))
         return (
-            f"{what} needs {words.figure.legal_numbers()} objects, and {those} are {len(members)}; say "
+            f"{what} needs {words.figure.legal_numbers()} objects, but {those} are {len(members)}; say "
             f"{worded_goal(some, names)!r}"
         )
     if words.stacked and len(members) > 1 and sum(_is_ball(one, names) for one in members) > 1:
-        return f"nothing stands on a ball, as in {what} of {those}; say {worded_goal(_line(part, members), names)!r}"
+        return (
+            f"nothing can stand on a ball, so {what} of {those} cannot be built; say "
+            f"{worded_goal(_line(part, members), names)!r}"
+        )
     if part.rows and part.columns and not _filled(part.rows, part.columns, len(members)):
         rows, columns = _nearest_grid(part.rows, part.columns, len(members))
         fitting = worded_goal(Goal((replace(part, rows=rows, columns=columns),)), names)
         needed = f"{(part.rows - 1) * part.columns + 1} to {part.rows * part.columns}"
         return (
-            f"{what} of {part.rows} rows and {part.columns} columns needs {needed} objects, and {those} are "
+            f"{what} of {part.rows} rows and {part.columns} columns needs {needed} objects, but {those} are "
             f"{len(members)}; say {fitting!r}"
         )
     return ""
@@ -112,7 +115,10 @@ def _is_ball(one: int | str, names: Sequence[str]) -> bool:
 def _relation(part: RelationPart, names: Sequence[str]) -> str:
     """Say why some objects cannot be where they are to be, or ""."""
     if part.relation == "in" and isinstance(part.reference, PartReference):
-        return f"{describe_part(part, names)!r} cannot be: an object can be in another one, or in the middle of a ring"
+        return (
+            f"{describe_part(part, names)!r} is not possible: an object can only be in another object, or in the "
+            "middle of a ring"
+        )
     if (
         part.relation == "on"
         and isinstance(part.reference, tuple)
@@ -122,7 +128,7 @@ def _relation(part: RelationPart, names: Sequence[str]) -> str:
             worded_goal(Goal((replace(part, relation="next to"),)), names) if isinstance(part.objects, tuple) else ""
         )
         under = worded_objects(part.reference, names)
-        return f"nothing stands on {under}: a ball rolls" + (f"; say {instead!r}" if instead else "")
+        return f"nothing can stand on {under}, because a ball rolls" + (f"; say {instead!r}" if instead else "")
     return ""
 
 

@@ -88,7 +88,7 @@ class ReleasedNetwork:
         source = checkout / "src"
         if not (source / Path(*_MODEL.split("."))).with_suffix(".py").is_file():
             raise ReleasedNetworkError(
-                f"--reference takes a checkout of the released StructDiffusion, and {str(checkout)!r} has no file "
+                f"--reference takes a checkout of the released StructDiffusion, but {str(checkout)!r} has no file "
                 f"src/{_MODEL.replace('.', '/')}.py"
             )
         with _importable(source):

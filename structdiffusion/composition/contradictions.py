@@ -64,7 +64,7 @@ def _require_no_circles(bonds: Sequence[Bond], refuse) -> None:
             refuse(
                 one,
                 other,
-                "each would have to be on the other" if axis is None else "the places lead round in a circle",
+                "each would have to be on the other" if axis is None else "the places depend on each other in a circle",
             )
 
 
@@ -100,7 +100,7 @@ def _require_one_place(bonds: Sequence[Bond], names: Sequence[str], refuse) -> N
             if None not in values and values[0] != values[1]:
                 refuse(one.number, other.number, f"the {name} cannot be {values[0]} and {values[1]}")
         if one.relation.exact and other.relation.exact:
-            refuse(one.number, other.number, f"each says by itself where the {name} goes")
+            refuse(one.number, other.number, f"each gives the {name} a place of its own")
         if isinstance(one.relation, Directional) and isinstance(other.relation, Directional):
             between = math.degrees(math.acos(float(np.clip(one.relation.direction @ other.relation.direction, -1, 1))))
             if one.references == other.references and between >= 2 * MAX_RELATION_OFF_DEGREES:

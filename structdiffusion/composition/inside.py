@@ -64,7 +64,7 @@ def rest_inside(vessel: Item, things: Sequence[Item], wanted: int, rng: np.rando
             continue
         if not ways and first == wanted - 1:
             raise LayoutError(
-                f"the {thing.name} does not go into the {vessel.name}: it does not come to rest below its rim"
+                f"the {thing.name} does not fit into the {vessel.name}: it does not come to rest below its rim"
             )
     return ways
 

@@ -59,9 +59,9 @@ def copy_of(example: Example, name: str, nouns: Sequence[str]) -> Figure:
         FigureError: for an example whose heights are not known, too many objects, or one that stands on nothing.
     """
     if example.tops is None:
-        raise FigureError("it does not tell how high its objects are, so that nothing can be copied exactly")
+        raise FigureError("it does not say how high its objects stand, so it cannot be copied exactly")
     if len(example.middles) > MOST_COPIED:
-        raise FigureError(f"it has {len(example.middles)} objects; an exact copy can have up to {MOST_COPIED}")
+        raise FigureError(f"it has {len(example.middles)} objects; an exact copy can have at most {MOST_COPIED}")
     low = min(0.0, float(example.bottoms.min()))
     middle = example.middles.mean(axis=0)
     places = []

@@ -256,7 +256,7 @@ def _upright(example: Example, name: str, nouns: Sequence[str]) -> Figure:
     along = (example.middles - middle) @ axis
     widths = np.array([float(np.ptp(outline @ axis)) for outline in example.outlines])
     if np.abs(across).max() > widths.min() / 2:
-        raise FigureError("objects that stand on each other can be taught in one wall, and these stand in several")
+        raise FigureError("objects that stand on each other can be taught only as one wall, and these stand in several")
     level: dict[int, int] = {}
     for i in sorted(range(len(along)), key=lambda i: example.bottoms[i]):
         level[i] = 1 + max((level.get(j, 0) for j in example.rests_on[i]), default=-1)

@@ -92,7 +92,7 @@ class Checkpointed(nn.Module):
         except CheckpointError:
             raise
         except (TypeError, ValueError, RuntimeError, AssertionError, OverflowError) as error:
-            raise CheckpointError(f"{folder / CONFIG_NAME} describes no network: {error}") from error
+            raise CheckpointError(f"{folder / CONFIG_NAME} does not describe a network: {error}") from error
         try:
             weights = load_file(folder / WEIGHTS_NAME)
         except (SafetensorError, OSError) as error:
@@ -162,7 +162,7 @@ def _check_config_size(kind: type[Checkpointed], path: Path, values: dict[str, A
         with torch.device("meta"), _WithoutInitialValues():  # shapes without numbers
             outline = kind(config)
     except Exception as error:
-        raise CheckpointError(f"{path} describes no network: {_shortened(str(error), 160)}") from error
+        raise CheckpointError(f"{path} does not describe a network: {_shortened(str(error), 160)}") from error
     if (count := sum(tensor.numel() for tensor in outline.state_dict().values())) > PARAMETERS:
         raise CheckpointError(f"{path} describes a network of {count} numbers; it may have at most {PARAMETERS}")
 
@@ -193,8 +193,8 @@ def require_sound(values: Tensor, network: str, farthest: float = math.inf) -> N
     """
     if not bool(values.isfinite().all()) or bool((values.abs() > farthest).any()):
         raise CheckpointError(
-            f"the network {network!r} answers with numbers that are not finite or far too large: its weights or its "
-            "config cannot be right"
+            f"the network {network!r} gives numbers that are not finite or far too large: its weights or its "
+            "config must be wrong"
         )
 
 

@@ -112,7 +112,7 @@ def encode_scene(
     """
     most = model.config.max_objects
     if len(scene.objects) > most:
-        raise UnknownWordError(f"{len(scene.objects)} objects are more than this model knows; legal: 1 to {most}")
+        raise UnknownWordError(f"{len(scene.objects)} objects are more than this model can place; legal: 1 to {most}")
     if sentence and goal.embedding is None:
         raise ValueError("the sentence model needs a sentence embedding; for slots alone use model 'diffusion-tokens'")
     require_known_words(goal.spec, model.config.vocabulary, model.kind)

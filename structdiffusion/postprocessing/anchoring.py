@@ -63,5 +63,5 @@ def those_as_asked(arrangements: Sequence[Arrangement], scene: Scene) -> list[Ar
     found = [one for one in arrangements if not scene.fixed or one.scores.get("checks", 1.0) >= _HOLDS]
     if arrangements and not found:
         names = " and ".join(f"the {scene.objects[index].name}" for index in scene.fixed)
-        raise LayoutError(f"no grasp fits {names}, and around it nothing can be built as asked")
+        raise LayoutError(f"no grasp fits {names}, and the goal cannot be built around it")
     return found

@@ -113,7 +113,7 @@ def stay_checks(standing: Standing, goal: Goal, aside: Sequence[int] = ()) -> li
     named = set(goal.named_objects())
     stays = {i for i in range(len(standing.bodies)) if i not in named}
     if stray := [i for i in aside if i in named]:
-        raise ValueError(f"object {stray[0]} is named by the goal, so that it cannot be set aside")
+        raise ValueError(f"object {stray[0]} is named by the goal, so it cannot be set aside")
     stays -= set(aside)
     checks = []
     if stays:

@@ -63,7 +63,9 @@ class ExactCopy(Structure):
             LayoutError: if there are too few.
         """
         if len(candidates) < self.least:
-            raise LayoutError(f"{a_structure(self.name)} needs {self.least} objects, and {len(candidates)} suit it")
+            raise LayoutError(
+                f"{a_structure(self.name)} needs {self.least} objects, but only {len(candidates)} can be used"
+            )
         left, chosen = list(candidates), list[Traits]()
         for place in self.figure.places:
             length, width, height = place.size

@@ -29,7 +29,7 @@ def check_keys(bodies: Sequence[PlacedBody], spec: StructureSpec, keys: Structur
         ValueError: for a spec without a shape.
     """
     if spec.shape is None:
-        raise ValueError("a structure without a shape takes no keys")
+        raise ValueError("a structure without a shape cannot have keys")
     structure = structure_named(spec.shape)
     if len(bodies) < structure.least:
         return []

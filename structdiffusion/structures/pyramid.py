@@ -188,7 +188,7 @@ def _level_rows(items: Sequence[LayoutItem]) -> list[list[int]]:
     if not lengths:
         legal = [count for count in range(3, 16) if row_lengths(count)]
         raise LayoutError(
-            f"{len(items)} objects make no pyramid, whose rows are each shorter by one; "
+            f"{len(items)} objects do not make a pyramid, in which each row is one shorter; "
             f"numbers that do: {', '.join(map(str, legal))}"
         )
     if not all(item.flat_bottom for item in items):
@@ -255,7 +255,7 @@ def _along_wall(rows: Sequence[Sequence[int]], outlines: Sequence[np.ndarray], d
         if all(apart):
             break
     else:
-        raise LayoutError("the upper objects of a pyramid are too broad to stand side by side on those below")
+        raise LayoutError("the upper objects of a pyramid are too wide to stand side by side on those below")
     return np.concatenate(along) - along[0].mean()
 
 

@@ -53,7 +53,7 @@ def radius_with_room(name: str, radius: float, tightest: float) -> float:
     """
     if radius < tightest:
         raise LayoutError(
-            f"{a_structure(name)} with a radius of {radius:.3g} m has no room for these objects: they need "
+            f"{a_structure(name)} with a radius of {radius:.3g} m is too small for these objects: they need "
             f"{tightest:.3f} m or more"
         )
     return radius

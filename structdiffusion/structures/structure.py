@@ -228,7 +228,7 @@ def choose_first(candidates: Sequence[Traits], wanted: int, name: str, least: in
         LayoutError: if there are fewer than `least` of them.
     """
     if len(candidates) < least:
-        raise LayoutError(f"{a_structure(name)} needs {least} or more objects, and {len(candidates)} suit it")
+        raise LayoutError(f"{a_structure(name)} needs {least} or more objects, but only {len(candidates)} can be used")
     return list(candidates[:wanted])
 
 

@@ -72,7 +72,9 @@ class UprightFigure(Structure):
         counts = [count for count in self.figure.legal if count <= max(wanted, self.least)]
         wanted = counts[-1]
         if len(candidates) < wanted:
-            raise LayoutError(f"{a_structure(self.name)} needs {wanted} objects, and {len(candidates)} suit it")
+            raise LayoutError(
+                f"{a_structure(self.name)} needs {wanted} objects, but only {len(candidates)} can be used"
+            )
         bridges = sum(block.width > 1 for block in self.figure.blocks_of(wanted)[0])
         nouns = Counter(one.category for one in candidates)
         enough = [one for one in candidates if nouns[one.category] >= wanted] or list(candidates)
@@ -132,9 +134,7 @@ class UprightFigure(Structure):
         high = np.array([float((outline @ direction).max()) for outline in outlines])
         middles = places_along(blocks, high - low)
         if middles is None:
-            raise LayoutError(
-                f"what bridges {a_structure(self.name)} is too short or too broad to lie on what carries it"
-            )
+            raise LayoutError(f"what bridges {a_structure(self.name)} is too short or too wide to lie on its supports")
         heights: list[float] = []
         for own in supports_of(blocks):
             tops = [heights[k] + items[order[k]].height + LIFT for k in own]

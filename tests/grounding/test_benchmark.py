@@ -159,9 +159,9 @@ def test_a_row_that_cannot_be_used(tmp_path, line, message):
 
 def test_files_that_are_none(tmp_path):
     (tmp_path / "empty").write_text("\n")
-    with pytest.raises(BenchmarkError, match="holds no row"):
+    with pytest.raises(BenchmarkError, match="has no row"):
         load_rows(tmp_path / "empty")
-    for content, why in ((b"\xe9t\xe9", "is not UTF-8"), (b"\xff\xfe\x00", "begins as UTF-16-LE text")):
+    for content, why in ((b"\xe9t\xe9", "is not UTF-8"), (b"\xff\xfe\x00", "begins like UTF-16-LE text")):
         (tmp_path / "bytes").write_bytes(content)
         with pytest.raises(BenchmarkError, match=why):
             load_rows(tmp_path / "bytes")
@@ -175,7 +175,7 @@ def test_a_file_without_an_end_and_one_of_lists_in_lists(tmp_path, monkeypatch):
     with pytest.raises(BenchmarkError, match="has more than 100000 bytes"):
         load_rows(tmp_path / "endless.jsonl")
     (tmp_path / "deep.jsonl").write_text("[" * 90_000)
-    with pytest.raises(BenchmarkError, match="deep.jsonl begins as JSON does, and cannot be read as JSON"):
+    with pytest.raises(BenchmarkError, match="deep.jsonl begins like JSON, but cannot be read as JSON"):
         load_rows(tmp_path / "deep.jsonl")
 
 

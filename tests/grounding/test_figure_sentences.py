@@ -89,7 +89,7 @@ def test_rates(interpreter, monkeypatch, tmp_path, half, count, right, silent):
     ("build another city gate", "city"), ("a Roman bridge, please", "Roman"), ("make a broken heart", "broken"),
     ("a spiral staircase out of six of the blocks", "spiral"), ("put the blocks in a Gothic arch", "Gothic"),
     ("a big heart", ""), ("a nice little zigzag", ""),
-    ("a big gate", "'big' is not read of a gate, which has no size"),
+    ("a big gate", "'big' is ignored, because a gate has no size"),
 ])  # fmt: skip
 def test_a_word_that_makes_a_figure_another_one_is_named(interpreter, monkeypatch, tmp_path, text, word):
     monkeypatch.setenv(VARIABLE, str(tmp_path))
@@ -101,7 +101,7 @@ def test_a_size_that_the_figure_before_cannot_have_is_named(interpreter, monkeyp
     monkeypatch.setenv(VARIABLE, str(tmp_path))
     before = Goal((StructurePart("gate", objects=(0, 1, 2)),))
     found = interpreter.interpret("a gate, but large", [f"block {k + 1}" for k in range(11)], before)
-    assert found.status != "ok" and "'large' is not read of a gate, which has no size" in found.message
+    assert found.status != "ok" and "'large' is ignored, because a gate has no size" in found.message
 
 
 def test_a_figure_that_was_taught_has_its_name_to_itself(interpreter, monkeypatch, tmp_path):

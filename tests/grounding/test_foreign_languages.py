@@ -51,5 +51,6 @@ def test_an_interpreter_refuses_them(interpreter):
     assert (first.spec.shape, third.spec.shape) == ("tower", "circle")
     assert second.status == "refused" and not second.goal.parts
     assert second.message == (
-        "'bau einen Turm aus den Dosen' seems to be in German: say it in English, the only language that is understood"
+        "'bau einen Turm aus den Dosen' seems to be in German: say it in English, the only language that "
+        "structagent understands"
     )

@@ -76,12 +76,12 @@ def test_sentences_are_sentences(content):
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        ('[{"text": "stack the blocks"},', "begins as JSON does, and cannot be read as JSON: .* in line 1"),
+        ('[{"text": "stack the blocks"},', "begins like JSON, but cannot be read as JSON: .* in line 1"),
         ('[\n "stack the blocks"\n "make a line"\n]', "cannot be read as JSON: .* in line 3"),
         ("[" * 100_000, "cannot be read as JSON"),
         ('{\n "text": "stack the blocks",\n', "cannot be read as JSON"),
         ("PK\3\4\0\0\0\0", "is not text"),
-        (b"\xff\xfe\x00", "begins as UTF-16-LE text does"),
+        (b"\xff\xfe\x00", "begins like UTF-16-LE text"),
         ("<!DOCTYPE html><p>stack the blocks", "markup"),
         ('<?xml version="1.0"?><rows/>', "markup"),
         ("- text: stack the blocks\n- text: make a line", "looks like YAML"),

@@ -28,31 +28,32 @@ def refused(*proposals, goal=None, lost=(), names=CUPS):
         ),
         (
             refused(Proposal(None, 0.9, "nothing")),
-            ", pyramid, a figure such as a heart or a letter T, or a place); say what should go where, as 'put cup "
+            ", pyramid, a figure such as a heart or a letter T, or a place); say what should go where, for example "
+            "'put cup "
             "next to the bowl'",
         ),
         (
             refused(Proposal(None, 0.9, "unclear"), goal=LINE),
-            "'do it' does not say clearly which objects or which place are meant; name them, or say 'a line of the "
+            "'do it' does not say clearly which objects or which place it means; name them, or say 'a line of the "
             "four cans'",
         ),
         (
             refused(Proposal(LINE, 0.3), goal=LINE, lost=("upside down",)),
-            "no goal can hold 'upside down' of 'do it'; leave it out: say 'a line of the four cans'",
+            "'upside down' in 'do it' cannot be built; leave it out: say 'a line of the four cans'",
         ),
         (
             refused(Proposal(LINE, 0.3), goal=LINE),
-            "it is not certain what 'do it' means; say 'a line of the four cans'",
+            "it is not clear what 'do it' means; say 'a line of the four cans'",
         ),
         (
             refused(names=None),
-            "it is not certain what 'do it' means; say what should go where, as 'stack the cans on the left'",
+            "it is not clear what 'do it' means; say what should go where, for example 'stack the cans on the left'",
         ),
         (
             refused(names=("cup",)),
-            "it is not certain what 'do it' means; say where it should stand, as 'put the cup on the left'",
+            "it is not clear what 'do it' means; say where it should stand, for example 'put the cup on the left'",
         ),
-        (refused(names=()), "it is not certain what 'do it' means; there is nothing here"),
+        (refused(names=()), "it is not clear what 'do it' means; there is nothing here"),
         (
             refused(Proposal(None, 0.9, "impossible"), goal=LINE),
             "'do it' does not ask for an arrangement of objects that can be built (circle, line, tower,",
@@ -82,7 +83,7 @@ def test_only_shapes_that_can_be_had_are_asked_about():
 
 def test_words_that_may_be_lost_are_told():
     assert doubts(()) == () and doubts(("upside down", "two thirds")) == (
-        "perhaps built without 'upside down' and 'two thirds': say so if this changes the wish",
+        "this may ignore 'upside down' and 'two thirds'; say it another way if it matters",
     )
 
 
@@ -92,19 +93,19 @@ def test_words_that_may_be_lost_are_told():
         (
             "put the cups in a ring",
             CUPS,
-            "a circle needs 3 objects, and the two cups are only 2; say 'a line of the two cups'",
+            "a circle needs 3 objects, but the two cups are only 2; say 'a line of the two cups'",
         ),
         (
             "arrange the cans in a cross",
             CUPS,
-            "a cross needs 5 objects, and the four cans are only 4; say 'a line of the four cans'",
+            "a cross needs 5 objects, but the four cans are only 4; say 'a line of the four cans'",
         ),
         ("stack the banana on the bowl", CUPS, "banana"),
         ("put the cans in a grid of 3 rows and 3 columns", CUPS, "say 'a grid of the four cans with "),
         (
             "make a circle of the balls",
             ("ball", "ball", "cup"),
-            "a circle needs 3 objects, and the two balls are only 2",
+            "a circle needs 3 objects, but the two balls are only 2",
         ),
         ("put the mug on the left", ("plate", "cup", "bowl"), "there is no mug here; does 'the mug' mean: cup?"),
         ("put the banana on the left", ("plate", "cup"), "nothing here is 'the banana'; there is only: plate, cup"),
@@ -126,9 +127,9 @@ def test_words_that_may_be_lost_are_told():
         ("put the hammer on the plate", TABLE, "nothing here is 'the hammer'"),
         ("put a cup left of the plate", TABLE, "is this meant: red cup left of plate?"),
         ("stack two cups", ("can", "cup", "cup 2", "cup 3"), "is this meant: tower of cup, cup 2?"),
-        ("wash two cups", ("can", "cup", "cup 2", "cup 3"), "no goal can hold 'wash'"),
+        ("wash two cups", ("can", "cup", "cup 2", "cup 3"), "'wash' in 'wash two cups' cannot be built"),
         ("hang the mug on the wall", TABLE, "does not ask for an arrangement"),
-        ("stack the balls", ("ball", "ball", "cup"), "nothing stands on a ball"),
+        ("stack the balls", ("ball", "ball", "cup"), "nothing can stand on a ball"),
         ("put the cup on the ball", ("ball", "ball 2", "cup"), "ball"),
     ],
 )

@@ -29,9 +29,9 @@ EMPTY = {"dtype": "F32", "shape": [0], "data_offsets": [0, 0]}
         (b"{}" + b" " * HEADER_BYTES, None, f"at most {HEADER_BYTES} are read"),
         (b"[" * 100_000, None, "too deep"),
         (b'{"a":' * 100_000, None, "too deep"),
-        (b"[]", None, "no object"),
+        (b"[]", None, "is not an object"),
         (b"{", None, "Expecting"),
-        (b"\xff\xfe", None, "no text"),
+        (b"\xff\xfe", None, "is not text"),
         (b'{"a": 1, "b": 2, "a": 1}', None, "has 'a' twice"),
         (b'{"a": {"dtype": "F32", "dtype": "F16"}}', None, "has 'dtype' twice"),
         (json.dumps({f"t{number}": EMPTY for number in range(TENSORS + 1)}).encode(), None, f"at most {TENSORS}"),
@@ -63,7 +63,7 @@ def test_a_file_of_holes_is_not_read(tmp_path):
 def test_a_pipe_or_a_folder_is_not_waited_for(read, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", tmp_path, Path("/dev/zero")):
-        with pytest.raises(OSError, match="no file|Is a directory"):
+        with pytest.raises(OSError, match="not a file|Is a directory"):
             read(path)
 
 

@@ -166,5 +166,5 @@ def test_a_size_that_does_not_fit_names_the_size_and_both_lengths():
 
 def test_a_third_too_narrow_to_mean_anything_is_refused():
     table, spec = Table(0.2, 0.3, -0.3, 0.3), StructureSpec("line", rotation="north", y_position="top")
-    with pytest.raises(LayoutError, match="'top' means nothing: its centre can move by 0.03. m only"):
+    with pytest.raises(LayoutError, match="'top' has no meaning: its centre can move by only 0.03. m"):
         lay_out([disc(0.028)] * 3, spec, table, np.random.default_rng(0))

@@ -47,9 +47,8 @@ class Method(StrEnum):
 # The commands that `evaluate_on_scenes` carries out, which have the same options, and their help texts.
 ON_SCENES = {
     "nouns": (
-        "Measure how often objects in recordings get nouns, and how often these are right.\n\n"
-        "Simulated scenes are recorded. The confidence from which on objects are named was chosen without YCB "
-        "objects.\n\n"
+        "Measure how often recorded objects get nouns, and how often the nouns are right.\n\n"
+        "Simulated scenes are recorded. The least confidence for a noun was chosen without YCB objects.\n\n"
         "Example: structagent evaluate nouns --objects validation --scenes 10"
     ),
     "completion": (
@@ -92,10 +91,10 @@ def segmentation(
     ] = TablePart.test,
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of synthetic tables of each class.")] = 10,
     method: Annotated[
-        Method, typer.Option(help="What tells objects apart: geometry, the network, or geometry that asks the network.")
+        Method, typer.Option(help="Method that separates the objects: geometry, the network, or both.")
     ] = Method.both,
     printed: Annotated[
-        bool, typer.Option("--printed", help="Synthetic objects have labels, caps, handles and other prints.")
+        bool, typer.Option("--printed", help="Draw synthetic objects with labels, caps, handles and other prints.")
     ] = False,
     seed: SeedOption = 0,
     workers: ProcessesOption = _CORES,

@@ -29,7 +29,7 @@ def figures(
         list[str] | None, typer.Option(metavar="FIGURE", help="Figure to measure. Repeatable.  [default: 12 figures]")
     ] = None,
     lot: Annotated[
-        int, typer.Option("--lot", metavar="N", min=0, help="Measure N figures drawn by lot from the library instead.")
+        int, typer.Option("--lot", metavar="N", min=0, help="Measure N randomly drawn figures of the library instead.")
     ] = 0,
     scenes: Annotated[
         int, typer.Option(metavar="N", min=1, help="Number of scenes per figure; five transfers take turns.")

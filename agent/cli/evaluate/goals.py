@@ -26,11 +26,11 @@ def goals(
         typer.Option(metavar="|".join(GOAL_FAMILIES), help="Family of goals to measure. Repeatable.  [default: all]"),
     ] = None,
     scenes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of scenes per family.")] = 50,
-    arm: Annotated[bool, typer.Option("--arm", help="Build with the arm too.")] = False,
+    arm: Annotated[bool, typer.Option("--arm", help="Also build with the arm.")] = False,
     hold: HoldOption = Hold.friction,
     disturbed: Annotated[
         bool,
-        typer.Option("--disturbed", help="Judge the reference arrangements with every object moved by 4 cm, too."),
+        typer.Option("--disturbed", help="Also judge the reference arrangements with every object moved by 4 cm."),
     ] = False,
 ) -> None:
     """Measure how often goals of several parts are met.

@@ -56,7 +56,7 @@ def parse(
     llm_url: LLMUrlOption = None,
     replies: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="File for the LLM's replies; replies that it holds are not asked for again."),
+        typer.Option(metavar="FILE", help="File for the LLM's replies; a reply in this file is not requested again."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the report, the table and plots of the confusions.")
@@ -94,7 +94,8 @@ def language(
     as_said: Annotated[
         bool,
         typer.Option(
-            "--as-said", help="Give planners of sentences the instruction itself, not the parsed slots as a sentence."
+            "--as-said",
+            help="Give sentence planners the instruction itself instead of a sentence made of the parsed slots.",
         ),
     ] = False,
     seed: SeedOption = 0,

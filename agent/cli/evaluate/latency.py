@@ -14,7 +14,7 @@ from agent.runtime.stdio import import_pybullet_silently, results_stream
 def chat(
     scene: SceneOption = "simulated",
     model: ModelOption = "diffusion",
-    runs: Annotated[int, typer.Option(metavar="N", min=5, help="Number of timed lines, after one that warms up.")] = 6,
+    runs: Annotated[int, typer.Option(metavar="N", min=5, help="Number of timed lines, after one for warming up.")] = 6,
     json_output: JsonOption = False,
 ) -> None:
     """Measure how fast the chat answers.

@@ -141,7 +141,7 @@ def recordings(
     difficulty: Annotated[
         Difficulty,
         typer.Option(
-            help="Objects apart before one camera, or stacks, touching and hidden objects, four sides, three sensors."
+            help="Separate objects and one camera, or stacked, touching and hidden objects, four sides, three sensors."
         ),
     ] = Difficulty.plain,
     workers: PoolOption = None,

@@ -28,8 +28,7 @@ def steering(
         list[str] | None,
         typer.Option(
             metavar="seen|unseen",
-            help="Half of the sentences: those that were looked at while this was made, or the others. Repeatable.  "
-            "[default: all]",
+            help="Half of the sentences: those used in development, or the others. Repeatable.  [default: all]",
         ),
     ] = None,
     model: ModelOption = "diffusion",
@@ -42,11 +41,11 @@ def steering(
     force: ForceOutOption = False,
     json_output: JsonOption = False,
 ) -> None:
-    """Measure what comes of what is said while the arm builds.
+    """Measure the reaction to sentences during a build.
 
-    60 sentences are each said once while the arm builds something else on a drawn table of YCB scans, after a drawn
-    number of placements or with an object in the hand: corrections, orders of work, questions, wait, stop, and what has
-    to be refused. What comes of each is compared with what a person expects by the next placement.
+    60 sentences are each said once while the arm builds on a drawn table of YCB scans, after a drawn number of
+    placements or with an object in the hand: corrections, orders of work, questions, wait, stop, and what has to be
+    refused. The reaction up to the next placement is compared with what a person expects.
 
     Example: structagent evaluate steering --half seen --out out/steering
     """

@@ -70,7 +70,7 @@ class _Reader(pickle.Unpickler):
             return _DTYPES[name]
         if (module, name) == ("torch._utils", "_rebuild_tensor_v2"):
             return _view
-        raise pickle.UnpicklingError(f"{module}.{name} is no tensor")
+        raise pickle.UnpicklingError(f"{module}.{name} is not a tensor")
 
     def persistent_load(self, pid: tuple[Any, ...]) -> np.ndarray:
         """Return the values of a storage, which are read later."""

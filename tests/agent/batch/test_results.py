@@ -267,7 +267,7 @@ def test_every_key_is_needed(key, tmp_path, capsys):
     (tmp_path / RESULTS).write_text("\n".join(map(json.dumps, (result("b"), less, result("c")))))
     with Results(tmp_path) as results:
         assert set(results.by_id) == {"b", "c"}
-    assert f"line 2: {key} is missing" in (said := capsys.readouterr().err) or "line 2: this is no result" in said
+    assert f"line 2: {key} is missing" in (said := capsys.readouterr().err) or "line 2: this is not a result" in said
 
 
 def test_whatever_else_stands_between_results_costs_no_other(tmp_path, capsys):

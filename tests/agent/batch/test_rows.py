@@ -179,7 +179,7 @@ def test_a_table_gives_rows_with_the_kinds_of_the_keys(read):
     ("content", "why"), [("[1, 2", "cannot be read as JSON"), (b"PK\x03\x04\0\0", "not text"), ("<html>", "markup")]
 )
 def test_a_file_of_another_kind_is_one_sentence(read, content, why):
-    with pytest.raises(BadInput, match=f"orders.txt' .*{why}.*; legal are an instruction a line"):
+    with pytest.raises(BadInput, match=f"orders.txt' .*{why}.*; legal: one instruction per line"):
         read(content, "orders.txt")
 
 
@@ -325,8 +325,8 @@ def test_a_row_names_its_example(read, tmp_path):
 @pytest.mark.parametrize(("row", "message"), [
     ('{"text": "the same", "like": "none.yaml"}', 'like cannot be "none.yaml"; legal: an existing file or'),
     ('{"text": "the same", "like": 3}', "like must be a string, got 3"),
-    ('{"text": "the same", "exact": true}', "exact copies an example; name it with like"),
-    ('{"text": "the same", "like": ".", "parser": "llm"}', "like is read without a language model"),
+    ('{"text": "the same", "exact": true}', "exact needs an example; name it with like"),
+    ('{"text": "the same", "like": ".", "parser": "llm"}', "like works only without a language model"),
 ])  # fmt: skip
 def test_a_row_with_a_wrong_example_is_told(read, row, message):
     (bad,) = read(row.encode())

@@ -78,9 +78,9 @@ def known() -> Knowledge:
         ("which one is nearest to you", "The nearest is the banana, 38 cm from the arm. Next is cup 1, 39 cm from the "
                                         "arm."),
         ("how big is the box", "The box is about 20 cm tall and 16 by 10 cm across."),
-        ("where is the circle", "Nothing that I built stands on the table. Say what to build."),
-        ("why that one", "Nothing is proposed now, so there is no choice to explain. Say what to build."),
-        ("what did i ask for", "You have asked for nothing so far. Say what to build."),
+        ("where is the circle", "I have built nothing that still stands on the table. Say what to build."),
+        ("why that one", "There is no proposal now, so there is no choice to explain. Say what to build."),
+        ("what did i ask for", "You have not asked for anything yet. Say what to build."),
     ],
 )  # fmt: skip
 def test_answers(known, line, said):

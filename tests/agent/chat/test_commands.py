@@ -106,7 +106,7 @@ def test_what_only_begins_like_a_command_is_an_instruction(line):
 
 def test_some_of_the_objects_cannot_be_put_back():
     for line in ("put the cups back where they were", "can you put the red cup back to where it was before?"):
-        with pytest.raises(UsageError, match="cup.* cannot be put back alone; “put it back” puts back all"):
+        with pytest.raises(UsageError, match="cup.* cannot be put back alone; “put it back” restores everything"):
             command_of(line)
 
 

@@ -136,7 +136,7 @@ def test_a_question_is_answered(conversation, sent):
     assert conversation.option_of("tower") == 2 and conversation.option_of("purple") is None
     assert conversation.answer(1)
     assert conversation.question is None and conversation.situation.goal.plain_spec == StructureSpec("line")
-    with pytest.raises(UsageError, match="there is no question to answer"):
+    with pytest.raises(UsageError, match="there is no open question to answer"):
         conversation.answer(0)
 
 
@@ -320,7 +320,7 @@ def test_again_proposes_what_looks_different(conversation, sent, wish):
         (places,) = places_of([chosen], proposal.scene)
         if shown and not differs(places, shown):
             notes += 1
-            assert of(sent, events.Noted)[-1].message.startswith("no arrangement that differs visibly")
+            assert of(sent, events.Noted)[-1].message.startswith("no visibly different arrangement was found")
         assert of(sent, events.Chosen)[-1].rank == proposal.rank <= proposal.viable_count
         shown.append(places)
         sent.clear()
@@ -342,7 +342,7 @@ def test_a_wish_that_no_arrangement_was_good_enough_for_can_be_tried_again(conve
     assert conversation.again() and conversation.options.seed == seed + 1
     assert conversation.situation.spoken.plain_spec.shape == "circle" and conversation.situation.proposal is not None
     conversation.reset()
-    with pytest.raises(UsageError, match="nothing was asked for yet"):
+    with pytest.raises(UsageError, match="there is no request yet"):
         conversation.again()
 
 

@@ -39,7 +39,7 @@ o               o
 o               o
 o               o
 ooooooooooooooooo
-no figure is called 'hook', so the language model has drawn it; is this to be built: hook of cup 1, cup 2, cup 3, box 2?
+there is no figure 'hook', so the language model has drawn one; build this: hook of cup 1, cup 2, cup 3, box 2?
   1  hook of cup 1, cup 2, cup 3, box 2
 
 [y/n] > """
@@ -73,7 +73,7 @@ def test_a_whole_chat(talked):
     )  # fmt: skip
     shape = drawing_shape("hook", HOOK)
     assert (
-        shown.count(FIRST) == 2 and shown.count("so the language model has drawn it") == 2
+        shown.count(FIRST) == 2 and shown.count("so the language model has drawn one") == 2
     )  # the third time it is known
     after_no = shown.split(FIRST)[1]
     assert "the question is dropped; say it another way" in after_no and "proposed" not in after_no
@@ -95,4 +95,4 @@ def test_a_drawing_that_cannot_be_had_is_refused_and_said(talked):
     assert "[y/n]" not in shown
     told = " ".join(shown.split())
     assert "'make a ghost' does not ask for an arrangement" in told
-    assert "strokes of one point show nothing" in told and "the default reader read this" in told
+    assert "strokes of one point show nothing" in told and "the default parser read this instead" in told

@@ -63,7 +63,7 @@ def named_seeds() -> set[int]:
 
 def commands_of_the_tour() -> list[str]:
     """The instructions for simulated tables in the README's tour."""
-    tour = (ROOT / "README.md").read_text().partition("## Five-minute tour")[2].partition("\n## ")[0]
+    tour = (ROOT / "README.md").read_text().partition("## Three-minute tour")[2].partition("\n## ")[0]
     return re.findall(r'structagent run "([^"]+)"(?![^\n]*--scene)', tour)
 
 

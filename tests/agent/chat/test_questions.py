@@ -96,10 +96,10 @@ def known() -> Knowledge:
         ("is there a pentagon?", "Yes: I can build a pentagon."),
         ("is there a giraffe?", "No. There is no giraffe on the table."),
         ("do you know circles?", "Yes: I can build a circle."),
-        ("can you reach the banana?", "The arm may take the banana: it stands 38 cm from the arm, and nothing rules it "
-                                      "out"),
-        ("what have you built so far?", "Nothing that I built stands on the table."),
-        ("what's left to do?", "Nothing is left to do: you have asked for nothing so far."),
+        ("can you reach the banana?", "The arm may be able to take the banana: it stands 38 cm from the arm, and "
+                                      "nothing rules it out."),
+        ("what have you built so far?", "I have built nothing that still stands on the table."),
+        ("what's left to do?", "Nothing is left to do: you have not asked for anything yet."),
     ],
 )  # fmt: skip
 def test_answers(known, line, said):

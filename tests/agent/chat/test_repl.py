@@ -208,7 +208,8 @@ def test_answers_are_kept_with_the_session(chat_of, sent):
 def test_commands_in_words_before_anything_was_asked(chat_of, sent):
     shown, chat = chat_of("stop", "clear", "continue", "put it back", "start over")
     for sentence in (
-        "there is no proposal and no question", "there is no goal", "nothing was asked for yet; say what to build",
+        "there is no proposal and no question", "there is no goal", "you have not asked for anything yet; say what "
+        "to build",
         "there is nothing to put back", "everything is as it was at the start",
     ):  # fmt: skip
         assert sentence in shown

@@ -49,7 +49,7 @@ def normalized(lines: list[str]) -> str:
     out = []
     for line in lines:
         line = line.rstrip()
-        if " stands no longer: " in line:
+        if " no longer stands: " in line:
             continue
         if not re.match(r"[|+▌▐▗▝]", line):  # a picture stays as it is
             line = re.sub(r"\d+\.\d+", "#", line)

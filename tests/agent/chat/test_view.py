@@ -81,7 +81,7 @@ def test_a_correction_of_the_objects_names_them():
     last = StructureSpec("circle")
     text = shown([parsed(last), parsed(last, last, named=("cup 1", "banana"))])
     assert text.partition("changed")[2].split("\n")[1:] == ["  with cup 1, banana", ""]
-    assert "nothing; everything is as before" in shown([parsed(last), parsed(last, last)])
+    assert "nothing; the goal is unchanged" in shown([parsed(last), parsed(last, last)])
 
 
 def test_after_an_undo_a_correction_names_the_objects_only_where_it_changes_them():

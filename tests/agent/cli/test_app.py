@@ -261,7 +261,7 @@ def test_parse_goes_on_after_an_instruction_it_does_not_understand(capsys):
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        ('[\n{"text": "stack the cans"}\n]', "is JSON; parse takes an instruction a line"),
+        ('[\n{"text": "stack the cans"}\n]', "is JSON; parse takes one instruction per line"),
         ('{"text": "stack the cans"}\n', "is JSON"),
         ('["stack the cans"', "is JSON"),
         ("id,text\na,stack the cans\n", "is a table"),
@@ -281,7 +281,7 @@ def test_json_among_lines_costs_its_own_line(monkeypatch, capsys):
     assert command_line(["parse", "--json"]) == 3
     said = capsys.readouterr()
     assert [json.loads(line)["status"] for line in said.out.splitlines()] == ["ok", "refused", "ok"]
-    assert "is JSON, and no instruction" in " ".join(said.err.split())
+    assert "is JSON, not an instruction" in " ".join(said.err.split())
 
 
 def test_parse_tells_viewpoint_objects_and_evidence(capsys):

@@ -145,7 +145,7 @@ def test_pictures_become_a_bag(bag, tmp_path, pictures):
     assert np.allclose(recording.frame.intrinsics, [[50, 0, 19], [0, 51, 14], [0, 0, 1]])
     code, out, _ = bag("from-rgbd", pictures, "--name", 2, "--out", "b", "--depth-scale", "0.00025", "--json", *lens)
     assert code == 0 and json.loads(out)["made_from"]["depth"] == "2-depth.png"
-    # A quarter of 802 mm is no whole number of them, and is kept.
+    # A quarter of 802 mm is not a whole number of them, and is kept.
     assert np.allclose(read_recording(tmp_path / "b").frame.points[..., 2], 0.2005, atol=1e-6)
 
 

@@ -69,8 +69,8 @@ def test_other_arms_are_refused(arm):
         ({"execute": False}, "--no-execute"),
         ({"hold": "weld"}, "--hold weld"),
         ({"disturb": "push"}, "--disturb"),
-        ({"robot": None}, "--approve is for an arm"),
-        ({"robot": None, "approve": False, "arm": "jaco"}, "--arm is for an arm"),
+        ({"robot": None}, "--approve needs --robot"),
+        ({"robot": None, "approve": False, "arm": "jaco"}, "--arm needs --robot"),
     ),
 )
 def test_options_that_do_not_go_together(wrong, said):
@@ -81,7 +81,7 @@ def test_options_that_do_not_go_together(wrong, said):
 @pytest.mark.parametrize("stdin", (io.StringIO("y\n"), None))
 def test_without_a_terminal_only_the_option_approves(stdin, monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", stdin)
-    with pytest.raises(RobotRefused, match="--approve approves beforehand"):
+    with pytest.raises(RobotRefused, match="--approve gives the approval in advance"):
         options(approve=False)
     assert options().approved("cup 1 from here to there")
     assert "cup 1 from here to there" in capsys.readouterr().err

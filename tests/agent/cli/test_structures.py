@@ -81,4 +81,4 @@ def test_the_same_with_other_objects_elsewhere(folder, capsys):
         "success"
     ]
     assert command_line(["run", "the same", *like, "--parser", "llm"]) == USAGE
-    assert "--like is read without a language model" in capsys.readouterr().err
+    assert "--like works only without a language model" in capsys.readouterr().err

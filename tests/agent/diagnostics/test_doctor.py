@@ -204,10 +204,10 @@ def asked(task):
 def test_endpoint(monkeypatch):
     with serving_oracle(Keeper([])) as oracle:
         works, said = asked(f"endpoint {oracle.url}")
-        assert not works and "wants a valid key (status 401)" in said
+        assert not works and "requires a valid key (status 401)" in said
         monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter3")
         works, said = asked(f"endpoint {oracle.url}")
-        assert not works and "wants a valid key" in said and "hunter" not in said
+        assert not works and "requires a valid key" in said and "hunter" not in said
         monkeypatch.setenv("STRUCTAGENT_LLM_KEY", "hunter2")
         assert not asked(f"keyless-endpoint {oracle.url}")[0]
         works, said = asked(f"endpoint {oracle.url}/chat/completions some-model")

@@ -72,7 +72,7 @@ def test_the_same_seed_gives_the_same_and_another_does_not(data, capsys):
 
 def test_a_report_that_cannot_be_kept_is_told_before_any_work(data, tmp_path, capsys):
     assert command_line(["evaluate", "discriminators", "--data", str(data), "--out", str(tmp_path)]) == 2
-    assert f"--out must be a file, and '{tmp_path}' is a folder" in capsys.readouterr().err
+    assert f"--out must be a file, but '{tmp_path}' is a folder" in capsys.readouterr().err
 
 
 def test_a_folder_without_data_is_named(tmp_path, capsys):

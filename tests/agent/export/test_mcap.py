@@ -155,7 +155,7 @@ def test_bodies_are_those_of_the_objects(exported, table):
     for model, pose, body in zip(table.models, table.world.poses(), table.names, strict=True):
         (surface,) = entities[object_frame(body)].triangles
         points = np.array([(point.x, point.y, point.z) for point in surface.points])
-        assert 0 <= min(surface.indices) and max(surface.indices) < len(points) and len(surface.indices) % 3 == 0
+        assert min(surface.indices) >= 0 and max(surface.indices) < len(points) and len(surface.indices) % 3 == 0
         there, true = transform_points(pose, points), transform_points(pose, model.mesh_vertices)
         assert there.min(axis=0) == pytest.approx(true.min(axis=0), abs=3e-3)
         assert there.max(axis=0) == pytest.approx(true.max(axis=0), abs=3e-3)

@@ -94,7 +94,7 @@ def test_what_cannot_be_copied_exactly(tmp_path, monkeypatch, capsys):
     with pytest.raises(FigureError, match="gate.toml' is a drawing without poses; an exact copy needs a scene file"):
         read_example(tmp_path / "gate.toml", "copy", exact=True)
     many = [("cube_35_red", -0.36 + 0.06 * k, 0.0, 0) for k in range(13)]
-    with pytest.raises(FigureError, match="it has 13 objects; an exact copy can have up to 12"):
+    with pytest.raises(FigureError, match="it has 13 objects; an exact copy can have at most 12"):
         read_example(scene(tmp_path / "many.yaml", many), "copy", exact=True)
     with pytest.raises(BadInput, match="there is no"):
         read_example(tmp_path / "missing.yaml", "copy", exact=True)
@@ -103,4 +103,4 @@ def test_what_cannot_be_copied_exactly(tmp_path, monkeypatch, capsys):
     with pytest.raises(FigureError, match="red post leans, and only what stands level can be copied exactly"):
         read_example(tmp_path / "many.yaml", "copy", exact=True)
     assert command_line(["run", "the same", "--exact"]) == USAGE
-    assert "--exact copies an example; name it with --like FILE" in capsys.readouterr().err
+    assert "--exact needs an example; name it with --like FILE" in capsys.readouterr().err

@@ -35,8 +35,10 @@ def test_a_taught_figure_is_a_shape_until_it_is_removed(folder):
     ("circle", "'circle' is 'circle' already"), ("a row", "'row' is 'line' already"),
     ("gateway", "'gateway' is 'gate' already"),
     ("Letter t", "'letter t' is 'letter T' already"), ("T", "one to four words"), ("the", "legal: one to four words"),
-    ("left", "a word of sentences"), ("very long name of mine", "one to four words"), ("a/b", "letters and digits"),
-    ("like this", "a word of sentences"), ("word HI", "a word of sentences"),
+    ("left", "a word with another meaning in instructions"),
+    ("very long name of mine", "one to four words"), ("a/b", "letters and digits"),
+    ("like this", "a word with another meaning in instructions"),
+    ("word HI", "a word with another meaning in instructions"),
 ])  # fmt: skip
 def test_names_that_cannot_be_given(name, says):
     with pytest.raises(UsageError, match=says):

@@ -68,14 +68,14 @@ def test_control_characters_become_spaces(lines):
 
 @pytest.mark.parametrize("line", [None, 7, "", "  ", ["x"], {"a": 1}])
 def test_what_is_no_line_is_refused(lines, line):
-    assert lines.actions["line"]({"line": line}) == "an empty line says nothing"
-    assert lines.actions["line"]({}) == "an empty line says nothing"
+    assert lines.actions["line"]({"line": line}) == "the line is empty"
+    assert lines.actions["line"]({}) == "the line is empty"
 
 
 def test_a_line_that_is_too_long_is_refused(lines):
     assert (
         lines.actions["line"]({"line": "x" * (LONGEST + 1)})
-        == f"a line has at most {LONGEST} characters, and this one has {LONGEST + 1}"
+        == f"a line has at most {LONGEST} characters, but this one has {LONGEST + 1}"
     )
 
 
@@ -98,7 +98,7 @@ def test_a_page_cannot_end_the_chat(lines, line):
     ],
 )
 def test_files_are_for_pages_of_this_machine(line):
-    assert "is only for pages on the machine" in DriverLines(files=False).actions["line"]({"line": line})
+    assert "works only for pages on the machine" in DriverLines(files=False).actions["line"]({"line": line})
     assert "at work" in DriverLines(files=True).actions["line"]({"line": line})
 
 

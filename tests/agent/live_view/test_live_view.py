@@ -252,7 +252,7 @@ def test_what_fell_is_not_counted_by_the_bar(sent):
     view.on_event(StandingChanged(0, "cup 1", False, "lies 90 degrees off", "cup 2 was placed"))
     told = sent.last("progress")
     assert (told["placed"], told["motions"]) == (1, 2)
-    assert told["stage"] == "cup 1 stands no longer: it lies 90 degrees off since cup 2 was placed"
+    assert told["stage"] == "cup 1 no longer stands: it lies 90 degrees off since cup 2 was placed"
     view.on_event(Placed(0, "cup 1", False, 0.0, 0.0, np.eye(4), 1.0, trouble="lies 90 degrees off"))
     assert sent.last("progress")["placed"] == 2 and "does not stand" in sent.last("progress")["stage"]
     view.on_event(StandingChanged(0, "cup 1", True, "", "the arm was done"))

@@ -94,7 +94,7 @@ def test_plans_are_void_when_the_table_or_the_wish_is_another(served):
         built = await data(client, "build", plan_id=first)
         assert built["success"] and built["moved"] == ["orange"] and not built["stopped"]
         assert await refusal(client, "build", plan_id=first) == (
-            f"{first} was used already, and a plan is used once; call propose for a new one"
+            f"{first} was already used, and a plan can be used only once; call propose for a new one"
         )
         assert f"is void because the table has changed: {first} was built since" in await refusal(
             client, "preview", plan_id=other
@@ -105,7 +105,7 @@ def test_plans_are_void_when_the_table_or_the_wish_is_another(served):
         assert (await data(client, "undo"))["moved"] == ["orange"]
         fourth = await plan(client)
         await data(client, "propose", text="put the cups in a line")
-        assert "something else was asked for since" in await refusal(client, "build", plan_id=fourth)
+        assert "another request came since" in await refusal(client, "build", plan_id=fourth)
         fifth = await plan(client, "put the cups in a line")
         assert (await data(client, "stop"))["stopped"]
         assert "stop dropped the proposal" in await refusal(client, "build", plan_id=fifth)

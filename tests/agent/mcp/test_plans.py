@@ -22,7 +22,7 @@ def issue(ledger):
 def test_a_plan_is_taken_once(ledger):
     plan = issue(ledger)
     assert plan.id == "plan-1" and ledger.look_up("plan-1") is plan and ledger.take("plan-1") is plan
-    used = "plan-1 was used already, and a plan is used once; call propose for a new one"
+    used = "plan-1 was already used, and a plan can be used only once; call propose for a new one"
     with pytest.raises(UsageError, match=f"^{used}$"):
         ledger.take("plan-1")
 

@@ -124,14 +124,14 @@ def test_there_may_be_no_other_arrangement(served, monkeypatch):
     async def conversation(client):
         await data(client, "propose", text=QUICK)
         answer = await data(client, "propose_again")
-        assert answer["plans"] and answer["notes"][0].startswith("no arrangement that differs visibly from those shown")
+        assert answer["plans"] and answer["notes"][0].startswith("no visibly different arrangement was found")
 
     served.speak(conversation)
 
 
 def test_nothing_to_show_again_is_one_sentence(served):
     async def conversation(client):
-        nothing = "nothing was asked for yet, so there is no other arrangement; call propose with a wish"
+        nothing = "there is no request yet, so there is no other arrangement; call propose with a wish"
         assert await refusal(client, "propose_again") == await refusal(client, "propose", text="try again") == nothing
         asked = await data(client, "propose", text="put the cups")
         again = await data(client, "propose_again")  # the question is open, and is asked again

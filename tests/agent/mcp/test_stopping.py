@@ -80,7 +80,7 @@ def test_the_arm_halts_within_half_a_second(served, halted, how):
             assert results[0].structured_content["message"] == "interrupted"
         seen = await data(client, "look")
         assert seen["held"] is None and not seen["fallen"] and served.table._talk.table.tidy
-        assert "was used already" in await refusal(client, "build", plan_id=plan_id)
+        assert "was already used" in await refusal(client, "build", plan_id=plan_id)
 
     served.speak(conversation, Person())
     (last,) = [line for line in served.audit if line["tool"] == "build" and line["decision"] == "approved"][1:]

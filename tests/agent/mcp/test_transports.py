@@ -199,7 +199,7 @@ def test_other_machines_need_a_token_that_is_printed_if_it_was_made(served):
 @pytest.mark.parametrize(
     ("address", "error", "words"),
     [
-        ({"token": "short"}, UsageError, "STRUCTAGENT_MCP_TOKEN must have 16 characters or more, and it has 5"),
+        ({"token": "short"}, UsageError, "STRUCTAGENT_MCP_TOKEN must have 16 characters or more, but it has 5"),
         ({"host": "192.0.2.1"}, BadInput, "cannot listen on 192.0.2.1:0: "),
     ],
 )

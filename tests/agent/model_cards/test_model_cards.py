@@ -191,7 +191,7 @@ def test_a_card_of_other_weights_or_of_no_evaluation_is_refused(trained, report,
     weights, run = trained
     place = ["--weights", str(weights)]
     CollisionDiscriminator(CollisionConfig(width=8, layers=1, points=8)).save_pretrained(weights / "collision")
-    assert "of other weights" in fails(6, ["card", "collision", "--run", str(run), *place], capsys)
+    assert "for other weights" in fails(6, ["card", "collision", "--run", str(run), *place], capsys)
     assert not (weights / "collision" / "card.json").exists()
     assert "training.json" in fails(6, ["card", "collision", "--run", str(tmp_path), *place], capsys)
     report.write_text('{"evaluations": [{"about": {}}]}')
@@ -259,7 +259,7 @@ def spoil(folder: Path, kind: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "check", "said"),
     [
-        ("byte", "files", "its checksum differs"),
+        ("byte", "files", "the checksums differ"),
         ("nan", "weights", "not finite"),
         ("more", "weights", "has 'extra', which its config does not ask for"),
         ("less", "files", "has no model.safetensors"),

@@ -108,14 +108,14 @@ def test_a_run_refuses_them_unless_told_and_its_report_has_the_checksums(weights
     arguments = ["run", "put the cups in a small circle on the left", "--weights", str(weights), "--no-execute"]
     assert command_line([*arguments, "--out", "refused"]) == 7
     told = capsys.readouterr().err
-    assert "structure/model.safetensors is not the file of its card" in told and "Traceback" not in told
+    assert "structure/model.safetensors differs from its model card" in told and "Traceback" not in told
     assert command_line([*arguments, "--out", "allowed", "--allow-unverified"]) in (0, 4, 5)  # as the arm fares
     report = json.loads((tmp_path / "allowed" / "report.json").read_text())
     networks = report["proposals"]["networks"]
     assert set(networks) == set(MADE_OF) and networks["diffusion"]["card"] == MATCHES
     content = (weights / "structure" / "model.safetensors").read_bytes()
     assert networks["structure"]["sha256"]["model.safetensors"] == hashlib.sha256(content).hexdigest()
-    assert any("is not the file of its card" in json.dumps(remark) for remark in report["remarks"])
+    assert any("differs from its model card" in json.dumps(remark) for remark in report["remarks"])
 
 
 def test_a_batchs_results_are_another_where_unverified_networks_are_allowed():
@@ -127,9 +127,9 @@ def test_discriminators_that_are_measured_are_held_to_their_cards(weights, tmp_p
     change_a_weight(weights / "collision")
     arguments = ["evaluate", "discriminators", "--data", str(tmp_path), "--weights", str(weights)]
     assert command_line(arguments) == 7
-    assert "collision/model.safetensors is not the file" in capsys.readouterr().err
+    assert "collision/model.safetensors differs from its model card" in capsys.readouterr().err
     assert command_line([*arguments, "--allow-unverified"]) == 6  # and goes on to the data, of which there are none
-    assert "is not the file" not in capsys.readouterr().err
+    assert "differs from its model card" not in capsys.readouterr().err
 
 
 EVALUATED = {
@@ -150,7 +150,7 @@ def test_an_evaluation_refuses_them_unless_told(verb, weights, tmp_path, capsys,
     arguments += ["--out", "report.json" if verb == "coverage" else "out"]
     assert command_line(arguments) == 7
     told = capsys.readouterr().err
-    assert "structure/model.safetensors is not the file of its card" in told and "Traceback" not in told
+    assert "structure/model.safetensors differs from its model card" in told and "Traceback" not in told
     assert "run, chat, batch and evaluate take --allow-unverified" in told
     for module in (arm, coverage, language, recordings, measure):
         monkeypatch.setattr(module, "load_objects", objects_are_loaded)

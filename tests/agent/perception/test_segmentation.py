@@ -124,7 +124,7 @@ def test_an_unorganised_cloud_without_colour_shows_the_same_objects(mixed, found
 def test_without_any_pose_the_objects_lie_where_the_arm_reaches(mixed, found):
     seen = segment(replace(mixed.recording, base_from_camera=None, arm=None))
     places = np.array([one.world_from_box[:2, 3] for one in seen.objects])
-    assert len(places) == 5 and "nothing says where the camera is" in seen.notes[0]
+    assert len(places) == 5 and "the camera's pose is unknown" in seen.notes[0]
     np.testing.assert_allclose((places.min(axis=0) + places.max(axis=0)) / 2, (0.45, 0.0), atol=0.02)
     known = np.array([one.world_from_box[:2, 3] for one in found.objects])
     np.testing.assert_allclose(places - places.mean(axis=0), known - known.mean(axis=0), atol=0.02)

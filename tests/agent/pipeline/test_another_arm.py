@@ -8,7 +8,7 @@ from agent import events
 from agent.errors import BAD_INPUT
 from agent.pipeline.run import RunOptions, run_instruction
 
-OTHER = "the recording's arm is none that is planned for: it has 6 joints and 2 fingers"
+OTHER = "the recorded arm is not supported: it has 6 joints and 2 fingers"
 
 
 def test_a_trajectory_for_another_arm_is_refused_before_anything_is_planned(tmp_path):

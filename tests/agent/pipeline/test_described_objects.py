@@ -73,7 +73,7 @@ def test_sizes_compare_what_stands_on_the_table(text):
         ("bau einen Turm aus den Dosen", "seems to be in German"),
         pytest.param(
             "put the cups in the corner",
-            "it is not clear which objects or which place are meant",
+            "does not say clearly which objects or which place it means",
             marks=pytest.mark.xfail(reason="read as the near side of the table: half of a corner", strict=False),
         ),
     ],
@@ -86,7 +86,7 @@ def test_what_is_not_there_or_cannot_be_built_ends_the_run(text, message):
 def test_a_word_that_cannot_be_judged_is_reported():
     happened = run_events("put the shiny cans in a line", seed=1)
     notes = [event.message for event in happened if isinstance(event, events.Noted)]
-    assert notes == ["it is not known which of the objects here are 'shiny': that word was left out of the choice"]
+    assert notes == ["it is not known which of the objects here are 'shiny': that word was ignored"]
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_what_was_named_and_is_out_of_reach_ends_the_run(far_bag, near):
 def test_two_that_fit_words_for_one_are_named(far_bag):
     failed = only(events.Failed, run_events("put the red object and the blue one in a line", scene=str(far_bag)))
     assert failed.exit_code == 3
-    assert "red object' can be each of 2 objects: object" in failed.message and failed.message.endswith("which one?")
+    assert "red object' fits 2 objects: object" in failed.message and failed.message.endswith("which one?")
 
 
 @pytest.mark.parametrize(

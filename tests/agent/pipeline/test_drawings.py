@@ -48,7 +48,7 @@ def test_nothing_is_built_that_nobody_accepts(run):
         (failed,) = [one for one in found if isinstance(one, events.Failed)]
         assert failed.exit_code == NOT_BUILDABLE and failed.step == "parse"
         assert failed.message.startswith(
-            "no figure is called 'hook', and what the language model drew for it was accepted by nobody"
+            "no figure is called 'hook', and the language model's drawing of it was not accepted"
         )
         assert "--accept-drawings" in failed.message and "structagent teach" in failed.message
         assert not any(isinstance(one, events.Proposed) for one in found)

@@ -92,7 +92,7 @@ def test_no_record_contradicts_the_verdict(toppled):
     verdict = record.report["verdict"]
     counted = next(check for check in verdict["checks"] if check["name"] == "objects that stand as placed")
     assert not verdict["success"] and counted == counted | {"passed": False, "measured": 1, "limit": "2"}
-    said = f"{fell.name} stands no longer: it {fell.trouble} since {fell.during}"
+    said = f"{fell.name} no longer stands: it {fell.trouble} since {fell.during}"
     for text in (*(each.getvalue() for each in texts), run_page(record.turn)):
         assert said in text and "1 of 2 objects stand as placed" in text
         assert "2 of 2 objects" not in text and "stands as asked." not in text

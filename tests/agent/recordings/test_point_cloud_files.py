@@ -120,7 +120,7 @@ def test_packed_colours_in_text_are_whole_numbers_or_the_float_of_their_bits(tmp
 def test_colours_that_are_none_are_told(tmp_path, points):
     columns = [*axes(points), *((name, "f4", np.full(COUNT, 1e9)) for name in "rgb")]
     _, color, notes = read_cloud(written(tmp_path / "a.pcd", pcd_bytes(columns)))
-    assert color is None and notes == ("its colours were left out: r, g, b are no red, green and blue",)
+    assert color is None and notes == ("its colours were left out: r, g, b are not red, green and blue",)
     half = written(tmp_path / "b.pcd", pcd_bytes([*axes(points), ("r", "u1", np.ones(COUNT))]))
     assert "left out" in read_cloud(half)[2][0]
 
@@ -232,7 +232,7 @@ def test_headers_that_lie(tmp_path, points, said, part, encoding):
         ("element other 1000000000000\nproperty float x\nelement vertex 60", "cut short"),
         ("element other 1000000000000\nelement vertex 60", None),  # of nothing
         ("element other 9\nproperty list uchar double x\nelement vertex 60", "cut|damaged|belongs|too few|in place"),
-        ("element vertex 60\nproperty list float int x", "no whole number"),
+        ("element vertex 60\nproperty list float int x", "is not a whole number"),
         ("element vertex 60\nproperty quaternion x", "'quaternion'; legal: char"),
         ("element vertex 60\nproperty list int uchar n", "cut short|damaged|belongs|too few|in place"),
         ("element vertex 60\nrpoperty float x", "line 'rpoperty float x'"),
@@ -265,7 +265,7 @@ def test_packed_points_that_lie(tmp_path, points):
         return written(tmp_path / "a.pcd", head + struct.pack("<II", *sizes) + content)
 
     refused(changed((2**32 - 1, unpacked)), "cut short")
-    refused(changed((compressed, 2**32 - 1)), "unpacks to 4294967295 bytes, and 60 points have 720")
+    refused(changed((compressed, 2**32 - 1)), "unpacks to 4294967295 bytes, but 60 points have 720")
     refused(changed((compressed - 5, unpacked)), "unpack to|cut short")
     refused(changed((3, unpacked), b"\xff\xff\xff"), "at most 264 are read")
     refused(changed((compressed, unpacked), bytes([0xE0, 255, 255]) + body[3:]), "before their beginning")

@@ -58,9 +58,9 @@ def test_a_gap_in_time_is_looked_across(tmp_path):
         ([transform("world", BASE)], "does not know the camera's frame 'camera'; it knows j2s7s300_link_base, world"),
         ([transform("post", CAMERA)], "knows no frame of the arm's base .* only camera, post"),
         ([transform("world", BASE), transform("post", CAMERA)], "does not connect .* 'camera' .* 'j2s7s300_link_base'"),
-        ([transform(CAMERA, CAMERA), transform("world", BASE)], "'camera' in 'camera', which was left out"),
-        ([transform(BASE, CAMERA, turn=(0, 0, 0, 0))], "no rotation or no place about 'camera'"),
-        ([transform(BASE, CAMERA, shift=(np.nan, 0, 0))], "no rotation or no place about 'camera'"),
+        ([transform(CAMERA, CAMERA), transform("world", BASE)], "'camera' in 'camera'; it was left out"),
+        ([transform(BASE, CAMERA, turn=(0, 0, 0, 0))], "no rotation or no position for 'camera'"),
+        ([transform(BASE, CAMERA, shift=(np.nan, 0, 0))], "no rotation or no position for 'camera'"),
         ([Said("/tf", "tf2_msgs/msg/TFMessage", {}, raw=b"\xff" * 40)], "cannot decode a message on /tf"),
     ],
 )
@@ -117,7 +117,7 @@ def test_errors_and_parents_without_number_are_counted(tmp_path):
     parents = [transform(f"p{k:03}", CAMERA) for k in range(100)] + [transform(BASE, "p000")]
     pose, notes = camera_pose(tmp_path, in_one_message(broken + broken + parents))
     assert pose is not None and len(notes) == 10
-    assert "about 'f7' in" in notes[7]
+    assert "for 'f7' in" in notes[7]
     assert notes[8] == "... and 992 more transforms of tf were left out or mended"
     assert notes[9].endswith("100 parents (p000, p001, p002, p003, p004, p005, p006, p007 and 92 more)")
 

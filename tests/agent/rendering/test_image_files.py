@@ -203,7 +203,7 @@ def test_chosen_candidate_is_drawn_though_it_is_not_among_the_best(report):
         ({"total": 0.4, "a": 1.0, "structure": 0.4}, {"total": 0.8, "a": 1.0, "structure": 0.8}, "less like"),
         ({"total": 0.78, "bounds": 0.78}, {"total": 0.8, "bounds": 0.8}, "almost as good, but it reaches beyond"),
         ({"total": 0.8, "bounds": 0.8}, {"total": 0.8, "bounds": 0.8}, "as good as the best"),
-        ({"total": 0.0, "bounds": 0.0}, {"total": 0.0, "bounds": 0.0}, "next to nothing"),
+        ({"total": 0.0, "bounds": 0.0}, {"total": 0.0, "bounds": 0.0}, "almost zero"),
         ({"total": 0.2}, {"total": 0.8}, "total 0.20 against 0.80"),
         ({"total": None, "bounds": None}, {"total": 0.8, "bounds": 0.8}, "bounds -, the best has 0.800"),
     ],

@@ -108,7 +108,7 @@ def test_a_missing_key_is_named(recorder, tmp_path):
 def test_another_file_is_refused(tmp_path, content):
     path = tmp_path / RECORDING
     path.write_bytes(content)
-    with pytest.raises(BadInput, match="is not a recording of structagent: it is no .npz file"):
+    with pytest.raises(BadInput, match="is not a recording of structagent: it is not an .npz file"):
         read_recording(path)
     with pytest.raises(BadInput, match="cannot read"):
         read_recording(tmp_path / "none.npz")

@@ -127,7 +127,7 @@ def test_parts_make_the_same_table_again_and_broken_ones_are_named(run_events):
     for part in parts:
         kind = next(iter(part))
         for bad in spoiled(part[kind]):
-            assert part_error({**part, kind: bad}).startswith("its table is no part that structagent writes")
+            assert part_error({**part, kind: bad}).startswith("its table is not a part that structagent writes")
             broken += 1
     assert broken > 50
     for nothing in (None, 3, [], {}, {"other": 1}, {**parts[0], "more": 1}):

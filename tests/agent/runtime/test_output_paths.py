@@ -30,7 +30,7 @@ from agent.runtime.output_paths import check_file, check_folder, folder_or_new, 
 def test_commands_that_write_into_a_folder(command, tmp_path, capsys):
     (tmp_path / "file").touch()
     assert command_line([*command, "--out", str(tmp_path / "file")]) == 2
-    assert f"--out must be a folder, and '{tmp_path}/file' is a file" in capsys.readouterr().err
+    assert f"--out must be a folder, but '{tmp_path}/file' is a file" in capsys.readouterr().err
     assert command_line([*command, "--out", str(tmp_path / "file" / "out")]) == 6
     said = capsys.readouterr().err
     assert "/file/out', where nothing can be written (not a directory); legal: a folder" in said
@@ -39,7 +39,7 @@ def test_commands_that_write_into_a_folder(command, tmp_path, capsys):
 @pytest.mark.parametrize("name", ["completion", "coverage"])
 def test_evaluations_that_write_a_file(name, tmp_path, capsys):
     assert command_line(["evaluate", name, "--out", str(tmp_path)]) == 2
-    assert f"--out must be a file, and '{tmp_path}' is a folder" in capsys.readouterr().err
+    assert f"--out must be a file, but '{tmp_path}' is a folder" in capsys.readouterr().err
     assert command_line(["evaluate", name, "--out", "/proc/report.json"]) == 6
     assert "--out cannot be '/proc/report.json', where nothing can be written" in capsys.readouterr().err
 

@@ -41,7 +41,7 @@ def test_a_verifier_is_proposed_for_trained_and_calibrated(tmp_path, monkeypatch
 
 
 def test_what_a_verifier_cannot_start_from_is_named(tmp_path):
-    with pytest.raises(UsageError, match="--network must be a folder of weights, and there is no folder"):
+    with pytest.raises(UsageError, match="--network must be a folder of weights, but there is no folder"):
         parsers.train_verifier(tmp_path, 1, None, 1e-4, 0, 1, tmp_path / "none")
     with pytest.raises(UsageError, match="--learning-rate cannot be 0; legal: a number above 0"):
         parsers.train_verifier(tmp_path, 1, None, 0.0, 0, 1, None)

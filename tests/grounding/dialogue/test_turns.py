@@ -37,7 +37,7 @@ def test_a_sentence_is_read_after_the_goal_so_far():
 
 def test_what_is_replaced_is_said():
     state, outcome = talk({"orange": "0 on 3"}, "orange", state=holding("line of 4, 5, 6"))
-    assert outcome.message == "this takes the place of line of cup 2, cup 3, cup 4; “also …” adds to it"
+    assert outcome.message == "this replaces line of cup 2, cup 3, cup 4; say “also …” to keep both"
     _, outcome = talk({"bigger": "line of 4, 5, 6, large"}, "bigger", state=holding("line of 4, 5, 6"))
     assert outcome.message == "" and outcome.changed == (0,)
 
@@ -185,7 +185,7 @@ def test_choices_are_whole_feasible_goals():
 def test_what_stands_moves_by_centimetres():
     line = "line of 0, 1, 2, left"
     state, outcome = talk({}, "move the line 5 cm to the left", state=holding(line))
-    assert outcome.status == "refused" and "build it and say it again" in outcome.message
+    assert outcome.status == "refused" and "build it first" in outcome.message
     state, outcome = talk({}, "move the line 5 cm to the left", state=built(holding(line)))
     assert outcome.status == "ok" and str(state.goal) == f"{line}; 0, 1, 2 moved left by 5 cm"
     assert state.standing == frozenset({0}) and outcome.changed == (1,)

@@ -93,19 +93,19 @@ def test_a_rule_with_its_examples(goal, said, then):
 @pytest.mark.parametrize(
     ("goal", "said", "words"),
     [
-        ("line of 0, 1, 2", "5 cm more", "say which and how much, as 'gap 10 cm'"),
+        ("line of 0, 1, 2", "5 cm more", "give one, for example 'gap 10 cm'"),
         (LINE, "8 cm less", "would be -3 cm"),
-        (TOWER, "further left", "on that side already"),
+        (TOWER, "further left", "already on that side"),
         (TOWER, "turn it by 90 degrees", "a tower has no rotation"),
         ("triangle of 0, 1, 2, facing north", "turn it by 45 degrees", "say 'turn it by 90 degrees'"),
         ("line of 0, 1, 2, facing north", "turn it around", "looks the same after half a turn"),
         (RING, "turn it clockwise", "a full ring looks the same"),
-        (TOWER, "move it 5 cm to the left", "build it and say it again, or say 'further to the left'"),
-        ("0 on 3", "turn it clockwise", "single objects are not turned"),
+        (TOWER, "move it 5 cm to the left", "build it first, or say 'further to the left'"),
+        ("0 on 3", "turn it clockwise", "only a structure can be turned"),
         ("tower of 0, 1, 2", "the other side", "say which side"),
         ("line of 0, 1, 2", "swap them", "name both"),
-        ("line of 0, 1, 2", "swap the red can and the blue can", "no order was asked for"),
-        ("line of 0, 1, 2, large", "bigger", "it is large already"),
+        ("line of 0, 1, 2", "swap the red can and the blue can", "you have not given an order"),
+        ("line of 0, 1, 2, large", "bigger", "it is already large"),
     ],
 )
 def test_what_cannot_be_done_is_said_with_what_to_say_instead(goal, said, words):

@@ -80,7 +80,7 @@ def test_errors_name_the_line_the_value_and_what_is_legal(tmp_path, change, says
 def test_what_is_no_json_and_an_empty_file(tmp_path):
     with pytest.raises(BenchmarkError, match="line 1 is not valid JSON"):
         load_goal_rows(written(tmp_path, "{\n"))
-    with pytest.raises(BenchmarkError, match="holds no row"):
+    with pytest.raises(BenchmarkError, match="has no row"):
         load_goal_rows(written(tmp_path, "\n"))
 
 

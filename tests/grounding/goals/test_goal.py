@@ -117,7 +117,7 @@ def test_the_rest_is_what_no_part_names() -> None:
     ]})  # fmt: skip
     assert goal.resolved(7).structures[0].objects == (1, 2, 4, 6)
     assert goal.named_objects() == (3, 0, 5)
-    with pytest.raises(GoalError, match="part 0 takes all objects that no other part names, and there are none"):
+    with pytest.raises(GoalError, match="part 0 takes all objects that no other part names, but there are none"):
         Goal.from_dict({"parts": [{"kind": "structure", "shape": "circle", "around": [0]}]}).resolved(1)
 
 
@@ -126,7 +126,7 @@ def test_the_rest_is_what_no_part_names() -> None:
     [
         ([{"kind": "structure", "shape": "blob"}], "shape cannot be 'blob'; legal values: circle, line"),
         ([{"kind": "pile"}], "part 0: kind cannot be 'pile'; legal values: structure, relation"),
-        ([LINE | {"radius": 0.1}], "a line takes no radius; shapes that do: circle, arc"),
+        ([LINE | {"radius": 0.1}], "a line cannot have the key radius; shapes that can: circle, arc"),
         ([LINE | {"gap": -0.05}], "gap cannot be -0.05 m; legal values: 0 to 3 m"),
         ([LINE | {"gap": 1e7}], "gap cannot be 10000000.0 m"),
         ([LINE | {"gap": float("nan")}], "gap cannot be nan"),
@@ -147,7 +147,7 @@ def test_the_rest_is_what_no_part_names() -> None:
         ([BOWL | {"reference": {"part": 3}}], "refers to part 3; structures that it can refer to: none"),
         ([LINE, BOWL | {"reference": {"part": 1}}], "structures that it can refer to: 0"),
         ([BOWL | {"relation": "between"}], "reference must name 2 objects, not 1"),
-        ([BOWL | {"relation": "on", "distance": 0.1}], "takes no distance; those that do"),
+        ([BOWL | {"relation": "on", "distance": 0.1}], "cannot have a distance; those that can"),
         ([{"kind": "relation", "relation": "at", "objects": [1]}], "needs x_position or y_position"),
         ([{"kind": "relation", "relation": "moved", "objects": [1], "distance": 0.1}],
          "needs a direction and a distance"),

@@ -49,9 +49,7 @@ def test_a_drawing_is_asked_about_before_it_is_built(read):
     found, (message,) = read(build(drawn("a Sailboat", SAILBOAT, **CANS, size="large")))
     goal = Goal((StructurePart(SHAPE, "large", objects=tuple(range(7))),))
     assert found.status == "ask" and found.goal == Goal() and found.choices == (goal,)
-    assert found.message.startswith(
-        "no figure is called 'sailboat', so the language model has drawn it; is this to be built: "
-    )
+    assert found.message.startswith("there is no figure 'sailboat', so the language model has drawn one; build this: ")
     assert found.message.endswith("sailboat of can, can 2, can 3, can 4, can 5, can 6, can 7, large?")
     assert found.drawings == (SHAPE,) and found.drawn.status == "ok" and found.drawn.goal == goal
     assert found.fallback == "" and "figures" not in message
@@ -86,8 +84,8 @@ def test_what_was_accepted_is_known_by_its_name(read):
     (drawn("sailboat", {"strokes": [[[1, 1]]], "least": 1}), "strokes of one point show nothing"),
     (drawn("sailboat", {"blocks": [{"x": 0, "level": 0}, {"x": 3, "level": 1}]}), "level 1 stands on nothing"),
     (drawn("sailboat", {"strokes": None, "blocks": None, "least": None}), "one of strokes, pattern, blocks and places"),
-    (drawn("sailboat", SAILBOAT, objects=[0, 1, 2]), "a sailboat needs 7 or more objects, and can 1, .* are only 3"),
-    (drawn("sailboat", SAILBOAT, gap=0.1, **CANS), "a sailboat takes no gap"),
+    (drawn("sailboat", SAILBOAT, objects=[0, 1, 2]), "a sailboat needs 7 or more objects, but can 1, .* are only 3"),
+    (drawn("sailboat", SAILBOAT, gap=0.1, **CANS), "a sailboat cannot have the key gap"),
     (drawn("gate", SAILBOAT), "'gate' is 'gate' already, .* or leave out the drawing"),
     (drawn("ring", SAILBOAT), "'ring' is 'circle' already"),
     (drawn("word hi", SAILBOAT), "a figure cannot be called 'word hi'"),
@@ -98,7 +96,7 @@ def test_what_was_accepted_is_known_by_its_name(read):
 def test_a_bad_drawing_is_told_to_the_model_once_and_then_refused(read, part, why):
     found, (first, second) = read(build(part))
     assert found.status == "refused" and found.goal == Goal() and found.drawn is None
-    assert "the default reader read this" in found.fallback and "no legal answer in 2 tries" in found.fallback
+    assert "the default parser read this instead" in found.fallback and "no legal answer in 2 tries" in found.fallback
     assert "problem" not in first
     assert re.search(why, second["problem"])
 

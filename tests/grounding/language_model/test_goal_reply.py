@@ -60,18 +60,18 @@ def test_a_refusal_and_a_remark_have_a_reason(decision, reason):
         (build({"kind": "relation"}), "relation cannot be None"),
         (build({"kind": "relation", "relation": "on", "reference": [1]}), "needs objects"),
         (build(TOWER | {"shape": "giraffe"}), "giraffe"),
-        (build(TOWER | {"radius": 0.1}), "takes no radius"),
+        (build(TOWER | {"radius": 0.1}), "cannot have the key radius"),
         (build(TOWER | {"colour": "red"}), "unknown key 'colour'"),
         (build({"kind": "structure", "shape": "line", "gap": 5}), "gap cannot be 5 m"),
         (build(LEFT | {"objects": {"part": 1}}), "refers to part 1"),
         (build(LEFT | {"objects": [8]}), "objects are indices from 0 to 7, not 8"),
         (build(LEFT | {"objects": ["red mug"]}), "objects are indices from 0 to 7, not 'red mug'"),
-        (build(TOWER | {"objects": [2]}), "a tower needs 2 objects, and .* is only 1"),
+        (build(TOWER | {"objects": [2]}), "a tower needs 2 objects, but .* is only 1"),
         (
             build({"kind": "structure", "shape": "grid", "objects": [0, 1], "rows": 1, "columns": 2}),
             "a grid needs 4 objects",
         ),
-        (build(TOWER | {"objects": [4, 5]}), "nothing stands on a ball"),
+        (build(TOWER | {"objects": [4, 5]}), "nothing can stand on a ball"),
         (build({"kind": "structure", "shape": "line"}, TOWER | {"objects": list(range(8))}), "there are none"),
         (build(LEFT, LEFT | {"objects": [1], "reference": [0]}), "cannot hold together"),
         ("[" * 5000, "no JSON object"),
@@ -92,7 +92,7 @@ def test_words_stand_for_objects_where_no_scene_is_known():
 
 
 def test_nothing_repeats_a_secret():
-    with pytest.raises(ValueError, match="not a goal that can be had"):
+    with pytest.raises(ValueError, match="this goal cannot be built"):
         read_reply(build(TOWER | {"shape": SECRET}), NAMES, [SECRET])
     refused = {"decision": "none", "reason": f"the key is {SECRET.upper()}"}
     assert read_reply(json.dumps(refused), NAMES, [SECRET]) == ModelReply("none")

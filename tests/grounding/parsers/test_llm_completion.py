@@ -116,7 +116,7 @@ def test_a_stream_that_nobody_asked_for_is_joined():
      b'{"choices": [{"message": {"content": 3}}]}', b'{"choices": [{"message": "hello"}]}'],
 )  # fmt: skip
 def test_whatever_else_is_no_completion(answer):
-    with pytest.raises(CompletionError, match="something else than a chat completion"):
+    with pytest.raises(CompletionError, match="something other than a chat completion"):
         read_completion(answer)
 
 

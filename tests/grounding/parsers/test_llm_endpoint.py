@@ -201,13 +201,13 @@ def test_a_server_without_schemas_is_asked_in_plain_words_from_then_on():
     ("answer", "why"),
     [
         ((500, {}, b"oops"), "answered with status 500"),
-        ((401, {}, b"no"), "wants a valid key .* STRUCTAGENT_LLM_KEY"),
+        ((401, {}, b"no"), "requires a valid key .* STRUCTAGENT_LLM_KEY"),
         ((302, {"Location": "http://127.0.0.1:1/elsewhere"}, b""), "elsewhere .* not followed"),
-        ((200, {}, b"<html>"), "something else than a chat completion"),
-        ((200, {}, b"\xff\xfe{"), "something else than a chat completion"),
-        ((200, {}, b"[" * 60_000), "something else than a chat completion"),
-        ((200, {}, b'{"choices": []}'), "something else than a chat completion"),
-        ((200, {}, b'{"choices": [{"message": {}}]}'), "something else than a chat completion"),
+        ((200, {}, b"<html>"), "something other than a chat completion"),
+        ((200, {}, b"\xff\xfe{"), "something other than a chat completion"),
+        ((200, {}, b"[" * 60_000), "something other than a chat completion"),
+        ((200, {}, b'{"choices": []}'), "something other than a chat completion"),
+        ((200, {}, b'{"choices": [{"message": {}}]}'), "something other than a chat completion"),
         ((200, {}, b" " * (MAX_ANSWER_BYTES + 1)), "more than 512 KiB"),
     ],
 )
@@ -272,7 +272,7 @@ def test_nobody_at_the_address():
     ],
 )
 def test_what_is_no_address_is_said_so(url):
-    with pytest.raises(LLMError, match="no http or https address"):
+    with pytest.raises(LLMError, match="not an http or https address"):
         EndpointLLM(url, "some-model")
 
 

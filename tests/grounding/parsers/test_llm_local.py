@@ -296,7 +296,7 @@ def test_files_of_a_model_that_are_too_large_or_no_files_are_named(name, tmp_pat
         load_model(folder)
     (folder / name).unlink()
     os.mkfifo(folder / name)
-    with pytest.raises(LLMError, match=f"{name} .*is no file"):
+    with pytest.raises(LLMError, match=f"{name} .*is not a file"):
         load_model(folder)
 
 
@@ -304,7 +304,7 @@ def test_files_of_a_model_that_are_too_large_or_no_files_are_named(name, tmp_pat
     ("index", "why"),
     [
         ({"weight_map": {"a": "../model.safetensors"}}, "names a file outside its folder"),
-        ({"weight_map": ["a"]}, "is no list of files of weights"),
+        ({"weight_map": ["a"]}, "is not a list of weight files"),
         ({"weight_map": {"a": "gone.safetensors"}}, "gone.safetensors cannot be read"),
     ],
 )

@@ -25,7 +25,7 @@ def test_a_phrase_within_another_one_is_asked_about_once():
         "reference": ["the apple"],
     }
     found = resolved(words(place), "the can in front of the apple goes behind the apple", FRUIT, None)
-    assert found.question is not None and found.question.text.startswith("'the apple' can be each of 2 objects")
+    assert found.question is not None and found.question.text.startswith("'the apple' fits 2 objects")
     assert all(str(goal) in ("4 behind 1", "5 behind 2", "4 behind 2", "5 behind 1") for goal in found.choices)
 
 

@@ -107,7 +107,7 @@ def test_what_cannot_be_taught_is_said():
         figure_of(flat([(0.0, 0.0)]), "dot", ("dot",))
     one = upright("gate", 3)
     apart = Example(one.outlines, one.middles + [(0, 0), (0, 0.3), (0, 0)], one.rests_on, one.bottoms)
-    with pytest.raises(FigureError, match="in one wall"):
+    with pytest.raises(FigureError, match="only as one wall"):
         figure_of(apart, "bent", ("bent",))
 
 

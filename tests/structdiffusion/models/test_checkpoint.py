@@ -136,7 +136,10 @@ def test_a_config_that_is_no_json_object_names_the_file(folder, text):
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"prediction_type": "x0"}, "config.json describes no network: prediction_type cannot be 'x0'; legal values: "),
+        (
+            {"prediction_type": "x0"},
+            "config.json does not describe a network: prediction_type cannot be 'x0'; legal values: ",
+        ),
         (
             {"steps": 20},
             "diffusion cannot be used by model 'diffusion-unranked': the number of sampling steps cannot be 25",
@@ -184,7 +187,7 @@ def test_a_value_that_builds_no_network_names_the_file(folder, value):
 def test_a_value_of_another_kind_names_the_key_and_what_is_legal(values, said, tmp_path):
     PoseDiffusion(DiffusionConfig(width=16, layers=1, heads=2, feed_forward=16)).save_pretrained(tmp_path)
     edit(tmp_path, **values)
-    with pytest.raises(CheckpointError, match=f"config.json describes no network: {said}"):
+    with pytest.raises(CheckpointError, match=f"config.json does not describe a network: {said}"):
         PoseDiffusion.from_pretrained(tmp_path)
 
 
@@ -221,7 +224,7 @@ def test_numbers_too_large_for_the_network_are_refused(folder):
         ({"layers": 10**400}, "has layers 1000000"),
         ({"points": 1e300}, r"points cannot be 1e\+300; legal: a whole number"),
         ({"width": -(10**9)}, "width cannot be -1000000000"),
-        ({"width": "x" * 50_000}, "describes no network: "),
+        ({"width": "x" * 50_000}, "does not describe a network: "),
         ({"points": [10**9]}, r"points cannot be \[1000000000\]"),
         ({"width": 8192, "layers": 64}, "describes a network of 18864032769 numbers; it may have at most 50000000"),
     ],

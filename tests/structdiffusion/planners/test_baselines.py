@@ -136,7 +136,7 @@ def test_each_shape_has_its_network_and_an_open_one_asks_those_that_fit(weights,
 
 def test_more_objects_than_the_network_knows_are_an_error(scene):
     planner = CVAEPlanner(PoseCVAE(CVAEConfig(**SIZES, max_objects=3)))
-    with pytest.raises(ValueError, match="4 objects are more than this model knows; legal: 1 to 3"):
+    with pytest.raises(ValueError, match="4 objects are more than this model can place; legal: 1 to 3"):
         planner.propose(scene, GOAL, count=2, generator=generator())
 
 

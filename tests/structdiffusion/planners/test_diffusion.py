@@ -201,7 +201,7 @@ def test_the_sentence_model_is_told_the_sentence(circle, folder):
 
 def test_more_objects_than_the_model_knows_are_an_error(circle, folder):
     small = PoseDiffusion(DiffusionConfig(width=32, layers=1, heads=2, feed_forward=32, max_objects=3))
-    with pytest.raises(ValueError, match="4 objects are more than this model knows; legal: 1 to 3"):
+    with pytest.raises(ValueError, match="4 objects are more than this model can place; legal: 1 to 3"):
         DiffusionPlanner(small, sentence=False).propose(
             circle, StructureGoal(StructureSpec("circle")), count=1, generator=generator()
         )
@@ -230,16 +230,12 @@ def test_weights_that_overflow_name_the_network(name, number, circle, folder):
     with torch.no_grad():
         for parameter in network.parameters():
             parameter.fill_(number)
-    with pytest.raises(
-        CheckpointError, match=f"'{answering}' answers with numbers that are not finite or far too large"
-    ):
+    with pytest.raises(CheckpointError, match=f"'{answering}' gives numbers that are not finite or far too large"):
         planner.propose(circle, StructureGoal(StructureSpec("circle", size="small")), count=4, generator=generator())
 
 
 def test_scales_that_leave_the_world_name_the_network(circle, folder):
     planner = load_planner("diffusion-tokens", folder)
     planner.model.config = replace(planner.model.config, frame_scale=(1e29, 1e29, 1e29))
-    with pytest.raises(
-        CheckpointError, match="'PoseDiffusion' answers with numbers that are not finite or far too large"
-    ):
+    with pytest.raises(CheckpointError, match="'PoseDiffusion' gives numbers that are not finite or far too large"):
         planner.propose(circle, StructureGoal(StructureSpec("circle", size="small")), count=4, generator=generator())

@@ -254,7 +254,7 @@ def test_a_reference_moves_where_its_place_leaves_no_room():
         ),
         (
             [related("left of", (0,), (1,)), related("left of", (1,), (2,)), related("left of", (2,), (0,))],
-            "contradict each other: the places lead round in a circle",
+            "contradict each other: the places depend on each other in a circle",
         ),
         ([related("left of", (0,), (1,)), related("right of", (0,), (1,))], "contradict each other"),
         ([related("left of", (0,), (1,)), related("behind", (0,), (1,))], "within 45 degrees of both directions"),

@@ -187,7 +187,7 @@ def test_carriers_come_first_even_where_their_bottoms_are_level():
         (Goal((line(0, 1, 2), RelationPart("between", (0,), PartReference(0)))), "it needs 2 references, got 3"),
         (
             Goal((line(0, 1, 2), StructurePart("tower"))),
-            "takes all objects that no other part names, and there are none",
+            "takes all objects that no other part names, but there are none",
         ),
     ],
 )

@@ -177,7 +177,7 @@ def test_width_and_volume_do_not_depend_on_how_an_object_stands():
     ("shape", "items", "keys", "sentence"),
     [
         ("circle", discs(*[0.04] * 5), {"radius": 0.06},
-         "a circle with a radius of 0.06 m has no room for these objects: they need 0.07"),
+         "a circle with a radius of 0.06 m is too small for these objects: they need 0.07"),
         ("circle", discs(*[0.03] * 5), {"radius": 0.2, "gap": 0.02},
          "with gaps of 0.02 m has a radius of 0.068 m, not 0.2 m"),
         ("circle", discs(*[0.03] * 5), {"radius": 0.9},
@@ -239,5 +239,5 @@ def test_the_tallest_stands_at_the_end_that_was_named(start, built):
 
 def test_too_few_objects_have_no_keys_to_check():
     assert check_keys(at_places([(0, 0)]), StructureSpec("line"), StructureKeys(gap=0.1)) == []
-    with pytest.raises(ValueError, match="a structure without a shape takes no keys"):
+    with pytest.raises(ValueError, match="a structure without a shape cannot have keys"):
         check_keys(at_places([(0, 0)]), StructureSpec(), StructureKeys(gap=0.1))

@@ -65,7 +65,7 @@ def test_rows_are_made_of_equally_high_objects():
 @pytest.mark.parametrize(
     ("items", "sentence"),
     [
-        (blocks(4), "4 objects make no pyramid, .*; numbers that do: 3, 5, 6, 7, 9, 10"),
+        (blocks(4), "4 objects do not make a pyramid, .*; numbers that do: 3, 5, 6, 7, 9, 10"),
         (blocks(2), "a pyramid needs 3 or more objects, got 2"),
         ([*blocks(1, 0.05), *blocks(1, 0.07), *blocks(1, 0.09)],
          "equally high within 8 degrees of lean; these are not: block 0.050 m, block 0.070 m"),

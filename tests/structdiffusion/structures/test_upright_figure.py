@@ -94,7 +94,7 @@ def test_what_cannot_be_built_is_said():
         built("gate", [box(0.04, height=0.03), box(0.04, height=0.05), box(0.1, height=0.04)])
     with pytest.raises(LayoutError, match=f"the arm reaches {TALLEST} m"):
         built("gate", [*[box(0.05, height=0.09)] * 10, box(0.09)])
-    with pytest.raises(LayoutError, match="too short or too broad"):
+    with pytest.raises(LayoutError, match="too short or too wide"):
         built("house", [box(0.06)] * 6)
 
 
@@ -104,5 +104,5 @@ def test_drawn_objects_suit_it():
         pool = [one for one in BLOCKS.values() if structure.suits(one)]
         chosen = structure.choose([pool[i] for i in rng.permutation(len(pool))], 7, rng, named=False)
         assert len(chosen) in structure.figure.legal and len({one.name for one in chosen}) == len(chosen)
-    with pytest.raises(LayoutError, match="objects, and 1 suit it"):
+    with pytest.raises(LayoutError, match="objects, but only 1 can be used"):
         structure_named("gate").choose([BLOCKS["post_red"]], 3, np.random.default_rng(0), named=False)
