@@ -11,6 +11,7 @@ import typer
 
 from agent import events
 from agent.arm.events import Picked, Placed, Planned
+from agent.arm.trajectories import trajectory
 from agent.event_base import Event
 from agent.scenes.object_placement import load_scene
 from agent.scenes.table_scene import TableScene
@@ -83,6 +84,16 @@ def computed_once() -> Iterator[None]:
 def short_films(monkeypatch):
     """Take a picture of the arm every 20 s and not every 1.25: drawing them is a third of a build's time."""
     monkeypatch.setattr("agent.pipeline.film.INTERVAL", 4.0)
+
+
+@pytest.fixture
+def quick_arm(monkeypatch):
+    """Let the arm move three times as fast as its limits: how it moves is the subject of `tests/agent/arm`."""
+
+    def quick(path, period, limits):
+        return trajectory(path, period, 3 * limits)
+
+    monkeypatch.setattr("agent.arm.controller.trajectory", quick)
 
 
 @pytest.fixture

@@ -17,6 +17,9 @@ from structdiffusion.objects.blocks import block_objects
 from structdiffusion.planners.goal_planner import GoalArrangement
 
 
+pytestmark = pytest.mark.usefixtures("quick_arm")
+
+
 @pytest.fixture(scope="module")
 def build():
     scene = draw_goal_scene(block_objects(), "flat-structure", 1, seed=2)
