@@ -23,7 +23,7 @@ WORDS = "put the cylinders in a line"
 
 def run(text):
     """Carry out an instruction with a disturbance; return the events, and the report and text that tell of them."""
-    options = RunOptions(objects="blocks", model="geometric", seed=2, disturb=Disturbance.parse(text))
+    options = RunOptions(objects="blocks", model="geometric", seed=2, hold="weld", disturb=Disturbance.parse(text))
     happened = list(run_instruction(WORDS, options))
     record, printed = RunRecord(), io.StringIO()
     screen = TerminalReport(Console(file=printed, width=300))
@@ -33,6 +33,7 @@ def run(text):
     return happened, record, printed.getvalue()
 
 
+@pytest.mark.usefixtures("quick_arm")
 def test_a_run_tells_what_happened_everywhere():
     happened, record, text = run("push@1")
     (told,) = [event for event in happened if isinstance(event, Disturbed)]
@@ -49,6 +50,7 @@ def test_a_run_tells_what_happened_everywhere():
     assert told.name in film.motions
 
 
+@pytest.mark.usefixtures("quick_arm")
 def test_what_is_added_is_on_the_table_and_on_film():
     happened, _, _ = run("add")
     (told,) = [event for event in happened if isinstance(event, Disturbed)]
@@ -60,6 +62,7 @@ def test_what_is_added_is_on_the_table_and_on_film():
     assert after.motions[told.name][2, 3] > 10.0
 
 
+@pytest.mark.usefixtures("quick_arm")
 def test_what_does_not_happen_is_said():
     happened, record, text = run("remove@90")
     (noted,) = [event for event in happened if isinstance(event, events.Noted) and "disturbance" in event.message]
