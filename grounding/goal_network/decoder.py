@@ -62,19 +62,21 @@ class Writing:
 
     Attributes:
         memory: (W, width) float32, the instruction's words.
+        pointed: keys of the words (W, width) for the scores of starts and of ends.
         said: keys and values of the words, of each layer.
         written: keys and values of what was written so far, of each layer.
         length: how many actions were written.
     """
 
     memory: np.ndarray
+    pointed: tuple[np.ndarray, np.ndarray]
     said: Sequence[tuple[np.ndarray, np.ndarray]]
     written: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     length: int = 0
 
     def copy(self) -> Writing:
         """Return the same goal so far, to be continued in another way."""
-        return Writing(self.memory, self.said, list(self.written), self.length)
+        return Writing(self.memory, self.pointed, self.said, list(self.written), self.length)
 
 
 class GoalDecoder:
@@ -114,8 +116,9 @@ class GoalDecoder:
             states = layer(states, mask)
         memory = self._normalise(self._remember(states[0, first])) + self.state["presence.weight"][list(presence)]
         said = [(layer.said.key(memory), layer.said.value(memory)) for layer in self._layers]
+        pointed = self._start[1](memory), self._end[1](memory)
         empty = np.zeros((0, WIDTH), dtype=np.float32)
-        return Writing(memory, said, [(empty, empty) for _ in self._layers])
+        return Writing(memory, pointed, said, [(empty, empty) for _ in self._layers])
 
     def scores(self, writing: Writing, last: Action | None) -> np.ndarray:
         """Take the last action and score the next: logits (keywords + 2 W,) float32, then starts, then ends.
@@ -139,8 +142,8 @@ class GoalDecoder:
         writing.length += 1
         row = self._last(row)
         scale = np.float32(WIDTH**-0.5)
-        starts = self._start[0](row) @ self._start[1](writing.memory).T * scale
-        ends = self._end[0](row) @ self._end[1](writing.memory).T * scale
+        starts = self._start[0](row) @ writing.pointed[0].T * scale
+        ends = self._end[0](row) @ writing.pointed[1].T * scale
         return np.concatenate([self._keyword(row), starts, ends], axis=-1)[0]
 
     def _linear(self, name: str) -> Linear:

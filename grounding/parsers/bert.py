@@ -33,6 +33,9 @@ _HALF_ERF_A = tuple(np.float32(a / 2) for a in (1.061405429, -1.453152027, 1.421
 # So many values pass through `gelu` at once: four arrays of them stay in the processor's cache, which makes it three
 # times faster than on whole batches.
 _GELU_BLOCK = 32_768
+# Up to so many rows, the word pieces of a sentence or two, BLAS takes three quarters of the time from the other side,
+# and comes to the same bits.
+_FEW_ROWS = 40
 
 
 def gelu(x: np.ndarray) -> np.ndarray:
@@ -75,7 +78,8 @@ class Linear:
 
     def __call__(self, rows: np.ndarray) -> np.ndarray:
         """Map rows (n, in) to (n, out)."""
-        found = rows @ self.weight.T
+        few = len(rows) <= _FEW_ROWS
+        found = np.ascontiguousarray((self.weight @ rows.T).T) if few else rows @ self.weight.T
         found += self.bias
         return found
 
@@ -90,7 +94,8 @@ class Normalisation:
 
     def __call__(self, rows: np.ndarray) -> np.ndarray:
         """Bring each of the rows (n, width) to mean 0 and variance 1, then scale and shift it."""
-        found = rows - rows.mean(axis=-1, keepdims=True)
+        # `mean` comes to the same, and takes twice as long for a row.
+        found = rows - np.add.reduce(rows, axis=-1, keepdims=True) / np.float32(rows.shape[-1])
         variance = np.einsum("nw,nw->n", found, found) / np.float32(rows.shape[-1])
         found /= np.sqrt(variance + np.float32(self.epsilon))[:, None]
         found *= self.weight
