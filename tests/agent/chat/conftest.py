@@ -98,9 +98,10 @@ def sent() -> EventLog:
 
 @pytest.fixture
 def conversation(cache, sent):
-    """About three cups, two boxes and an orange; the geometric planner, because it is quick and always the same; the hand
-    joined to what it holds, because pressing by friction takes the engine four times as many iterations a step, and how
-    the hand holds is the subject of `tests/agent/arm`.
+    """About three cups, two boxes and an orange; the geometric planner, because it is quick and always the same.
+
+    The hand is joined to what it holds: to press by friction the engine takes four times as many iterations a step, and
+    how the hand holds is the subject of `tests/agent/arm`.
     """
     options = RunOptions(str(DESK), model="geometric", hold="weld")
     with Conversation(options, cache, [sent]) as conversation:

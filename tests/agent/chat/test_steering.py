@@ -225,7 +225,7 @@ def test_a_chat_build_lays_out_anew_what_is_gone(conversation, sent):
 
 
 def test_lines_are_typed_into_a_terminal_while_the_arm_builds(tmp_path):
-    with Terminal(["chat", "--scene", str(DESK), "--model", "geometric"], tmp_path) as terminal:
+    with Terminal(["chat", "--scene", str(DESK), "--model", "geometric", "--hold", "weld"], tmp_path) as terminal:
         terminal.until_prompt()
         terminal.type(LINE)
         terminal.until_prompt()

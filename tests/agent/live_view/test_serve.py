@@ -123,7 +123,7 @@ def test_a_chat_with_two_pages(tmp_path):
 
         drive = Drive(act)
         drive.start()
-        options = RunOptions(str(DESK), model="geometric")
+        options = RunOptions(str(DESK), model="geometric", hold="weld")
         code = converse(options, screen, session, lines.answer_for, False, io.StringIO(), LiveView(server, False))
         drive.finish()
     assert code == DONE

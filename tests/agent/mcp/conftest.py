@@ -15,7 +15,7 @@ from agent.pipeline.run import RunOptions
 from agent.runtime.stdio import import_pybullet_silently
 from tests.agent.chat.conftest import DESK, quick_arm, small_pictures  # noqa: F401
 
-OPTIONS = RunOptions(str(DESK), model="geometric")
+OPTIONS = RunOptions(str(DESK), model="geometric", hold="weld")  # as the chat's tests do
 QUICK = "put the orange to the left of box 1"  # the arm moves one object
 
 
