@@ -8,33 +8,40 @@ import pytest
 
 from tests.commands import forked_python
 
-# Files with tests of 5 s and more, in groups that go to one process after the other: no process is to be busy with such
-# a test when the others have ended, and those of the language model would wait for each other.
+# Tests of 5 s and more, the longest first, in groups that go to one process after the other: no process is to be busy
+# with such a test when the others have ended, and those of the language model would wait for each other.
+PINNED = "tests/grounding/test_outcomes.py::test_labelled_texts_are_read_as_pinned"
 LONG = (
+    (f"{PINNED}[held_out",),
+    (f"{PINNED}[free", "tests/grounding/test_slot_sentences.py::test_as_many_sentences"),
+    (f"{PINNED}[strangers", "tests/test_code_style.py"),
     ("tests/agent/batch/test_run.py",),
     ("tests/agent/evaluation/test_",),
     ("tests/grounding/parsers/test_llm_local.py",),
     ("tests/structdiffusion/objects/test_everyday.py", "tests/structdiffusion/training/test_distributed.py"),
     ("tests/agent/public/test_package.py",),
     ("tests/agent/chat/test_transcripts.py",),
-    ("tests/agent/batch/test_workers.py",),
-    ("tests/agent/evaluation/success/",),
-    ("tests/agent/chat/test_repl.py",),
-    ("tests/agent/arm/test_tracking.py",),
-    ("tests/agent/arm/test_closed_loop.py",),
     ("tests/agent/chat/test_steering.py", "tests/agent/chat/test_timeline.py"),
-    ("tests/test_code_style.py",),
+    ("tests/agent/arm/test_closed_loop.py",),
+    ("tests/agent/evaluation/loop/", "tests/agent/evaluation/interjections/"),
+    ("tests/agent/batch/test_workers.py",),
+    ("tests/agent/evaluation/success/", "tests/agent/mcp/test_hostile.py"),
+    ("tests/agent/chat/test_repl.py",),
+    ("tests/agent/chat/test_conversation.py",),
+    ("tests/agent/arm/test_tracking.py",),
+    ("tests/agent/pipeline/test_disturbance.py", "tests/agent/pipeline/test_laying_out.py"),
 )
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Let each process, which is given the same number of tests at first, begin with long ones."""
     count = getattr(config, "workerinput", {}).get("workercount", 1)
-    first: list[list[pytest.Item]] = [[] for _ in range(count)]
+    groups: list[list[pytest.Item]] = [[] for _ in LONG]
     others = []
     for item in items:
         group = next((number for number, paths in enumerate(LONG) if item.nodeid.startswith(paths)), None)
-        (others if group is None else first[group % count]).append(item)
+        (others if group is None else groups[group]).append(item)
+    first = [[item for group in groups[number::count] for item in group] for number in range(count)]
     ordered: list[pytest.Item] = []
     for number, long in enumerate(first, start=1):
         ordered += long
