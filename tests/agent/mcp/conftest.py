@@ -13,7 +13,7 @@ from agent.errors import UsageError
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from agent.runtime.stdio import import_pybullet_silently
-from tests.agent.chat.conftest import DESK, quick_arm, small_pictures  # noqa: F401
+from tests.agent.chat.conftest import DESK, few_candidates, quick_arm, small_pictures  # noqa: F401
 
 OPTIONS = RunOptions(str(DESK), model="geometric", hold="weld")  # as the chat's tests do
 QUICK = "put the orange to the left of box 1"  # the arm moves one object
