@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from agent.arm.trajectories import trajectory
 from agent.chat.conversation import Conversation
 from agent.pipeline.proposing import propose_arrangements, propose_goal
 from agent.pipeline.resources import ResourceCache
@@ -20,13 +19,8 @@ DESK = Path(__file__).parent / "desk.yaml"
 
 
 @pytest.fixture(autouse=True)
-def quick_arm(monkeypatch):
-    """Let the arm move three times as fast as its limits: how it moves is the subject of `tests/agent/arm`."""
-
-    def quick(path, period, limits):
-        return trajectory(path, period, 3 * limits)
-
-    monkeypatch.setattr("agent.arm.controller.trajectory", quick)
+def quick_arm(quick_arm):
+    """Let the arm move quickly in every test."""
 
 
 @pytest.fixture(autouse=True)
