@@ -16,7 +16,6 @@ from structdiffusion.benchmark.goals import draw_goal_scene
 from structdiffusion.objects.blocks import block_objects
 from structdiffusion.planners.goal_planner import GoalArrangement
 
-
 pytestmark = pytest.mark.usefixtures("quick_arm")
 
 
