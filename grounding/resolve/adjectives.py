@@ -11,6 +11,8 @@ from grounding.resolve.lexicon import listed, pairs, table, tables
 
 COLOURS: Mapping[str, tuple[str, ...]] = {**COLOR_WORDS, **table("likened_colours")}
 COLOUR_OF = pairs("colour_of")
+COLOURFUL = ("coloured", "colourful", "colorful")  # of any colour but these:
+NEUTRAL = ("white", "black", "grey", "clear")
 _SIZES = {
     "tiny": "small", "low": "short", "deep": "tall", "shallow": "short", "skinny": "thin", "squat": "short",
     "stubby": "short", "huge": "large", "giant": "large", "massive": "large", "mini": "small", "petite": "small",

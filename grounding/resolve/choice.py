@@ -8,7 +8,7 @@ from dataclasses import replace
 from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
-from grounding.resolve.adjectives import colours_of, property_of, size_of
+from grounding.resolve.adjectives import COLOURFUL, NEUTRAL, colours_of, property_of, size_of
 from grounding.resolve.attributes import MEASURES
 from grounding.resolve.errors import ResolveError, UnjudgedError
 from grounding.resolve.lexicon import COLOURS, KINDS, MASS_NOUNS
@@ -157,6 +157,8 @@ class Choice:
         if told := [i for i in found if self.there.says(i, word)]:
             return told  # "object 1, green, flat"
         known = property_of(word)
+        if known is None and word in COLOURFUL and all(self.there.colour(i) for i in found):
+            return [i for i in found if self.there.colour(i) not in NEUTRAL]
         if known is None:
             raise UnjudgedError(word)
         taken: list[int] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from grounding.resolve.adjectives import IDLE, MIDDLE, MIDDLING, colours_of, property_of, size_of, use_of
+from grounding.resolve.adjectives import COLOURFUL, IDLE, MIDDLE, MIDDLING, colours_of, property_of, size_of, use_of
 from grounding.resolve.determiners import PIECES
 from grounding.resolve.function_words import ORDINALS
 from grounding.resolve.lexicon import GENERAL, GROUPS
@@ -36,7 +36,7 @@ def _adjective(text: PhraseText, at: int, draft: Draft, later: bool) -> int | No
     if not word or f"{word} {singular(text.word(at + 1))}" in GROUPS:  # "hand tools"
         return None
     readers: tuple[Callable[[PhraseText, int, Draft, bool], int | None], ...] = (
-        _denied, _order, _place, _quality, _described,
+        _denied, _colourful, _order, _place, _quality, _described,
     )  # fmt: skip
     return next((end for read in readers if (end := read(text, at, draft, later)) is not None), None)
 
@@ -50,6 +50,14 @@ def _denied(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
         draft.test(replace(colour, negated=True))
     end = colours[1]
     return end + (text.word(end) in (",", "and") and text.word(end + 1) == "non")  # "non-red, non-blue"
+
+
+def _colourful(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:
+    """Read "coloured" before a noun, where no colour is named."""
+    if text.word(at) not in COLOURFUL or draft.tests or not text.noun_at(at + 1):
+        return None
+    draft.test(Test("property", text.word(at)))
+    return at + 1
 
 
 def _order(text: PhraseText, at: int, draft: Draft, later: bool) -> int | None:

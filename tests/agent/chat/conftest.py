@@ -91,12 +91,18 @@ def sent() -> EventLog:
 
 
 @pytest.fixture
-def conversation(cache, sent):
+def hold():
+    """How the hand holds in a conversation; a test may be parametrised with another way."""
+    return "weld"
+
+
+@pytest.fixture
+def conversation(cache, sent, hold):
     """About three cups, two boxes and an orange; the geometric planner, because it is quick and always the same.
 
     The hand is joined to what it holds: to press by friction the engine takes four times as many iterations a step, and
     how the hand holds is the subject of `tests/agent/arm`.
     """
-    options = RunOptions(str(DESK), model="geometric", hold="weld")
+    options = RunOptions(str(DESK), model="geometric", hold=hold)
     with Conversation(options, cache, [sent]) as conversation:
         yield conversation

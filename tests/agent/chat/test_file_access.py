@@ -53,7 +53,7 @@ def test_files_outside_are_refused(folders, access, text):
     (desk / "dangling.yaml").symlink_to(elsewhere / "none.yaml")
     (desk / "file.yaml").symlink_to(elsewhere / "x.yaml")
     (desk / "circle").symlink_to(desk / "circle")
-    with pytest.raises(UsageError, match="^/save (from a page takes files in|cannot take)") as refused:
+    with pytest.raises(UsageError, match="^/save (from a page takes only files in|cannot take)") as refused:
         access.path("/save", text)
     assert "\n" not in str(refused.value)
 

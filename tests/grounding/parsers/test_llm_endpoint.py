@@ -202,7 +202,7 @@ def test_a_server_without_schemas_is_asked_in_plain_words_from_then_on():
     [
         ((500, {}, b"oops"), "answered with status 500"),
         ((401, {}, b"no"), "requires a valid key .* STRUCTAGENT_LLM_KEY"),
-        ((302, {"Location": "http://127.0.0.1:1/elsewhere"}, b""), "elsewhere .* not followed"),
+        ((302, {"Location": "http://127.0.0.1:1/elsewhere"}, b""), "redirected the request .* not followed"),
         ((200, {}, b"<html>"), "something other than a chat completion"),
         ((200, {}, b"\xff\xfe{"), "something other than a chat completion"),
         ((200, {}, b"[" * 60_000), "something other than a chat completion"),

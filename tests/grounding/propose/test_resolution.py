@@ -31,7 +31,7 @@ def test_a_phrase_within_another_one_is_asked_about_once():
 
 def test_two_of_three_offers_every_two():
     found = resolved(words(line("the two cans")), "put the two cans in a line", CUPS, None)
-    assert found.question is not None and "any 2 of 3 objects" in found.question.text
+    assert found.question is not None and "means 2 of these 3 objects" in found.question.text
     assert [str(goal) for goal in found.choices] == ["line of 0, 1", "line of 0, 2", "line of 1, 2"]
     assert found.question.options == ("can, can 2", "can, can 3", "can 2, can 3")
 
