@@ -28,12 +28,12 @@ from typing import Any
 import foxglove
 import numpy as np
 from foxglove import channels, messages
-from scipy.spatial.transform import Rotation
 
 from agent.errors import BadInput, NotWritten, UsageError
 from agent.export.recorded_runs import LeftOut, RecordedRun
 from agent.reporting.build_recording import HEIGHT, RATE, WIDTH
 from agent.reporting.recorded_scene import LogLine, RecordedScene
+from structdiffusion.geometry import quaternion_from_matrix
 
 SUFFIX = ".mcap"
 LAYOUT = Path(__file__).with_name("foxglove_layout.json")  # shows these topics in Foxglove
@@ -262,7 +262,7 @@ def _transform(parent: str, child: str, row: list[float], stamp: messages.Timest
 
 def _row(pose: np.ndarray) -> list[float]:
     """Return a pose (4, 4) as position and quaternion x, y, z, w."""
-    return [*pose[:3, 3].tolist(), *Rotation.from_matrix(pose[:3, :3]).as_quat().tolist()]
+    return [*pose[:3, 3].tolist(), *quaternion_from_matrix(pose).tolist()]
 
 
 def _pose(row: list[float]) -> messages.Pose:
