@@ -9,9 +9,7 @@ import typer
 
 from agent.cli.arguments import with_arguments
 from agent.cli.evaluate.options import EvaluationArguments
-from agent.cli.options import (
-    ModelOption,
-)
+from agent.cli.options import Hold, HoldOption, ModelOption
 
 
 @with_arguments
@@ -34,6 +32,8 @@ def figures(
     scenes: Annotated[
         int, typer.Option(metavar="N", min=1, help="Number of scenes per figure; five transfers take turns.")
     ] = 50,
+    arm: Annotated[bool, typer.Option("--arm", help="Also build with the arm.")] = False,
+    hold: HoldOption = Hold.friction,
 ) -> None:
     """Measure how often a structure like an example shows the same figure.
 
@@ -54,6 +54,6 @@ def figures(
     from agent.evaluation.figures.measure import measure_figures
     from agent.evaluation.figures.report import print_figures
 
-    config = FiguresConfig(**arguments.settings, model=model)
+    config = FiguresConfig(**arguments.settings, model=model, arm=arm, hold=hold.value)
     measure = partial(measure_figures, config, method, family, scenes, lot=lot, **arguments.storing)
     arguments.finish(measure, print_figures)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import agent.arm
 import grounding.figures
 from agent.evaluation.planner_config import PlannerConfig
 from agent.evaluation.report import command_line
@@ -20,9 +21,13 @@ class FiguresConfig(PlannerConfig):
 
     Attributes:
         model: the planner.
+        arm: also build the best-ranked arrangements with the arm.
+        hold: how its hand holds objects, one of `agent.arm.kinematics.HOLDS`.
     """
 
     model: str = "diffusion"
+    arm: bool = False
+    hold: str = "friction"
 
     def command(self, methods: Sequence[str], families: Sequence[str], scenes: int) -> str:
         """Return the command that makes these rows."""
@@ -30,9 +35,11 @@ class FiguresConfig(PlannerConfig):
             "figures", objects=self.objects, scenes=scenes, seed=self.seed, model=self.model,
             method=None if tuple(methods) == tuple(METHODS) else list(methods),
             family=None if tuple(families) == tuple(COUNTS) else list(families), weights=self.weights,
-            candidates=self.candidates, allow_unverified=self.allow_unverified,
+            candidates=self.candidates, arm=self.arm, hold=self.hold if self.arm else None,
+            allow_unverified=self.allow_unverified,
         )  # fmt: skip
 
     def fingerprint(self, library: Sequence[ObjectModel]) -> dict[str, Any]:
         """Return the inputs that two commands must share for their rows to be compared."""
-        return {"evaluation": "figures"} | self.rows_fingerprint(library, (self.model,), (grounding.figures,))
+        packages = (grounding.figures, agent.arm) if self.arm else (grounding.figures,)
+        return {"evaluation": "figures"} | self.rows_fingerprint(library, (self.model,), packages)

@@ -15,7 +15,8 @@ import numpy as np
 from agent.evaluation.figures.config import FiguresConfig
 from agent.evaluation.figures.rates import rates_of
 from agent.evaluation.goal_rows import LoadedPlanners, RowsWanted, goal_rows, goals_report
-from agent.evaluation.goals.solve import proposals_of
+from agent.evaluation.goals.arm import build_goal_scene
+from agent.evaluation.goals.solve import liftable_proposals, proposals_of
 from agent.evaluation.planner_config import checked_names
 from agent.evaluation.rows import Row
 from agent.event_base import json_value
@@ -32,6 +33,7 @@ from structdiffusion.benchmark.success import NO_ARRANGEMENT
 from structdiffusion.data.scene_sampling import SceneError
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Scene
+from structdiffusion.planners.goal_planner import GoalArrangement
 
 _TRIED = 5  # arrangements of the success at 5
 
@@ -93,6 +95,7 @@ def _row(config: FiguresConfig, loaded: LoadedPlanners, scene: GoalScene, observ
     started = time.perf_counter()
     members = scene.goal.structures[0].indices
     verdicts, problem, family = [], None, None
+    liftable: list[GoalArrangement] = []
     try:
         figure = METHODS[method](example_of(scene, loaded.objects), scene.family, len(members))
         with tempfile.TemporaryDirectory(prefix="structagent-figure-") as folder:
@@ -100,9 +103,10 @@ def _row(config: FiguresConfig, loaded: LoadedPlanners, scene: GoalScene, observ
             write_figure(figure, path)
             part = replace(scene.goal.structures[0], shape=f"{LIKE}{path}")
             asked = replace(scene, goal=Goal((part, *scene.goal.parts[1:])))
-            arrangements, problem = proposals_of(
-                loaded.planner(config.model, config), asked, observed, config.candidates
-            )
+            planner = loaded.planner(config.model, config)
+            arrangements, problem = proposals_of(planner, asked, observed, config.candidates)
+            if config.arm:
+                liftable = liftable_proposals(planner, asked, observed, arrangements, config.candidates, config.hold)
         for arrangement in arrangements[:_TRIED]:
             verdicts.append(scene.verdict(arrangement.goal_from_initial, arrangement.aside))
             if verdicts[-1].success:
@@ -129,4 +133,6 @@ def _row(config: FiguresConfig, loaded: LoadedPlanners, scene: GoalScene, observ
         "named": family,
         "seconds": round(time.perf_counter() - started, 2),
     }
+    if config.arm:
+        row["arm"] = build_goal_scene(scene, observed, liftable, config.hold)
     return json_value(row)

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from agent.evaluation.goals.rates import arm_rates
 from agent.evaluation.report import rate_of
 from agent.evaluation.rows import Row, lost_count, measured
 from structdiffusion.benchmark.figure_families import TRANSFERS
@@ -21,7 +22,7 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
     Returns:
         "n"; "success" and "success_at_5"; "transfers": the success of each; "loss": by how much of the success with the
         example's number a changed number fails, `None` without such rows; "named": how often the blind classifier names
-        the family, among all rows; "failures": class -> rate; "failed_checks"; "lost"; "seconds".
+        the family, among all rows; "failures": class -> rate; "failed_checks"; "arm": see `arm_rates`; "lost"; "seconds".
     """
     known = measured(rows)
     same = [row["success"] for row in known if row["kind"] not in _CHANGED]
@@ -39,6 +40,7 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
             for cause in (*FAILURE_CLASSES, NO_ARRANGEMENT)
         },
         "failed_checks": dict(Counter(name for row in known for name in row["failed_checks"]).most_common()),
+        "arm": arm_rates(known),
         "lost": lost_count(rows),
         "seconds": sum(row["seconds"] for row in known) / len(known) if known else None,
     }  # fmt: skip

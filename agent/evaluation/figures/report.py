@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TextIO
 
+from agent.evaluation.goals.report import arm_table
 from agent.evaluation.report import interval, missing_note, percent, print_footer, print_table
 from agent.rendering.text import number
 from structdiffusion.benchmark.figure_families import TRANSFERS
@@ -16,6 +17,9 @@ def print_figures(report: Mapping[str, Any], results: TextIO) -> None:
     print_table(_success(report), results, left=2)
     print(file=results)
     print_table(_transfers(report), results, left=1)
+    if arm := arm_table(report, "method"):
+        print(file=results)
+        print_table(arm, results, left=2)
     lost = sum(rates["all"]["lost"] for rates in report["aggregate"].values())
     left_out = report["left_out"]
     undrawn = f"{left_out} rows left out: no scene could be drawn for them from these objects" if left_out else ""
@@ -45,7 +49,7 @@ def _transfers(report: Mapping[str, Any]) -> list[list[str]]:
     for method, families in report["aggregate"].items():
         rates = families["all"]
         cells = [
-            f"{percent(rates['transfers'][kind]['rate'])} of {rates['transfers'][kind]['n']}" for kind in TRANSFERS
+            f"{percent(rates['transfers'][kind]['rate'])} % of {rates['transfers'][kind]['n']}" for kind in TRANSFERS
         ]
         table.append([method, *cells, percent(rates["loss"])])
     return table

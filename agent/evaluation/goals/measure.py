@@ -8,12 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from agent.arm.fixed_objects import with_fixed
 from agent.evaluation.goal_rows import LoadedPlanners, RowsWanted, goal_rows, goals_report
 from agent.evaluation.goals.arm import build_goal_scene
 from agent.evaluation.goals.config import GoalsConfig, checked_families
 from agent.evaluation.goals.rates import rates_of
-from agent.evaluation.goals.solve import DISTURBED, judge_disturbed, proposals_of, solve_goal_scene
+from agent.evaluation.goals.solve import DISTURBED, judge_disturbed, liftable_proposals, solve_goal_scene
 from agent.evaluation.rows import Row
 from agent.pipeline.candidates import checked_planner
 from structdiffusion.benchmark.goals import GoalScene
@@ -75,9 +74,7 @@ def _rows(config: GoalsConfig, loaded: LoadedPlanners, scene: GoalScene, models:
         planner = loaded.planner(name, config)
         row, observed, arrangements = solve_goal_scene(planner, scene, config.candidates)
         if config.arm:
-            graspable = with_fixed(observed, config.hold)
-            if graspable.fixed:
-                arrangements, _ = proposals_of(planner, scene, graspable, config.candidates)
+            arrangements = liftable_proposals(planner, scene, observed, arrangements, config.candidates, config.hold)
             row["arm"] = build_goal_scene(scene, observed, arrangements, config.hold)
         rows.append({"model": name, **row})
     return rows

@@ -22,7 +22,7 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
     Returns:
         "n"; "success"; "failures": class -> rate; "failed_parts": shape or relation -> in how many rows it failed;
         "aside": number of rows in which an object was set aside; "kinds": the success of each kind of the family;
-        "rivals": see `_rival_rates`; "arm": see `_arm_rates`, if the arm was used; "lost"; seconds.
+        "rivals": see `_rival_rates`; "arm": see `arm_rates`, if the arm was used; "lost"; seconds.
     """
     known = measured(rows)
     kinds = dict.fromkeys(row["kind"] for row in known)
@@ -38,7 +38,7 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
         "aside": sum(bool(row["aside"]) for row in known),
         "kinds": {kind: rate_of([row["success"] for row in known if row["kind"] == kind]) for kind in kinds},
         "rivals": {name: _rival_rates(known, name) for name in RIVALS},
-        "arm": _arm_rates([row for row in known if "arm" in row]),
+        "arm": arm_rates(known),
         "lost": lost_count(rows),
         "plan_seconds_median": median(seconds) if seconds else None,
         "plan_seconds_max": max(seconds, default=None),
@@ -64,11 +64,13 @@ def _rival_rates(rows: Sequence[Row], name: str) -> dict[str, Any]:
     }
 
 
-def _arm_rates(rows: Sequence[Row]) -> dict[str, Any] | None:
-    """Return how often the arm found a plan, placed all objects, and built a result that stands as asked."""
-    if not rows:
+def arm_rates(rows: Sequence[Row]) -> dict[str, Any] | None:
+    """Return how often the arm found a plan, placed all objects, and built a result that stands as asked; `None` if no
+    row was built.
+    """
+    built = [row["arm"] for row in rows if "arm" in row]
+    if not built:
         return None
-    built = [row["arm"] for row in rows]
     return {
         "n": len(built),
         "planned": rate_of([one["planned"] for one in built]),

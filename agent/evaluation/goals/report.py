@@ -21,7 +21,7 @@ def print_goals(report: Mapping[str, Any], results: TextIO) -> None:
     print_table(_kinds(report), results, left=3)
     print(file=results)
     print_table(_rivals(report), results, left=3)
-    if arm := _arm(report):
+    if arm := arm_table(report, "model"):
         print(file=results)
         print_table(arm, results, left=2)
     lost = sum(rates["all"]["lost"] for rates in report["aggregate"].values())
@@ -76,8 +76,14 @@ def _rivals(report: Mapping[str, Any]) -> list[list[str]]:
     return table
 
 
-def _arm(report: Mapping[str, Any]) -> list[list[str]]:
-    table = [["model", "family", "with the arm", "planned", "placed all", "stands", "95 %", "seconds"]]
+def arm_table(report: Mapping[str, Any], by: str) -> list[list[str]]:
+    """Return the table of what the arm built, with its head; nothing if it built nothing.
+
+    Args:
+        report: of goals or figures.
+        by: head of the first column: what is compared.
+    """
+    table = [[by, "family", "with the arm", "planned", "placed all", "stands", "95 %", "seconds"]]
     for model, families in report["aggregate"].items():
         for family, rates in families.items():
             if (arm := rates["arm"]) is not None:

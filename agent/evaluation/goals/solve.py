@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from agent.arm.fixed_objects import with_fixed
 from agent.event_base import json_value
 from grounding.goals.description import describe_parts
 from grounding.goals.parts import StructurePart
@@ -69,6 +70,19 @@ def proposals_of(
         return planner.propose(observed, scene.goal, count=candidates, generator=generator, colors=scene.colors), None
     except (LayoutError, SpecError) as error:
         return [], str(error)
+
+
+def liftable_proposals(
+    planner: GoalPlanner,
+    scene: GoalScene,
+    observed: Scene,
+    arrangements: list[GoalArrangement],
+    candidates: int,
+    hold: str,
+) -> list[GoalArrangement]:
+    """Return arrangements that leave where it is what no grasp fits; those given, if the hand can lift everything."""
+    liftable = with_fixed(observed, hold)
+    return proposals_of(planner, scene, liftable, candidates)[0] if liftable.fixed else arrangements
 
 
 def judge_disturbed(scene: GoalScene) -> Row:

@@ -46,13 +46,14 @@ def test_a_gate_is_built_and_its_row_is_kept(tmp_path, capsys, in_this_process):
         "--seed",
         "1",
     ]
-    options += ["--method", "name", "--out", str(tmp_path)]
+    options += ["--method", "name", "--arm", "--hold", "weld", "--out", str(tmp_path)]
     assert command_line(options) == 0
     table = capsys.readouterr().out
-    assert "two thirds" in table and "structagent evaluate figures" in table
+    assert "100 % of 1" in table and "with the arm" in table and "structagent evaluate figures" in table
     report = json.loads((tmp_path / "eval.json").read_text())
     (row,) = report["rows"]
     assert row["family"] == "gate" and row["count"] == 5 and row["success"] and row["named"] == "gate"
+    assert row["arm"]["stands"] and row["arm"]["placed"] == 5 and report["command"].endswith("--arm --hold weld")
     assert command_line(options) == 0  # nothing is computed again
     assert json.loads((tmp_path / "eval.json").read_text())["rows"] == [row]
 
