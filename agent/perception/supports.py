@@ -10,6 +10,7 @@ import shapely
 
 _LIFTED = 0.02  # m: what begins lower stands on the table, unless it lies within another object
 _OVER, _WITHIN = 0.3, 0.7  # of its outline, seen from above, lies over what carries it; or within it
+_INSIDE = 0.9  # of its outline lies within that of what carries it, of which it covers less than `_OVER`
 _BESIDE = 0.025  # m about its outline, where the surface that carries it is seen
 _HIGHER, _LOWER = 0.012, 0.03  # m above and below an object's lower end at which that surface is seen
 _LOW_END = 2  # percent of its points lie below its lower end
@@ -47,8 +48,11 @@ def _support(
     near = outline.buffer(_BESIDE)
     best = Support()
     for other, points in enumerate(clouds):
-        share = outline.intersection(outlines[other]).area / max(outline.area, 1e-9)
-        if other == index or share < (_OVER if end > _LIFTED else _WITHIN) or ends[other] > end - _SAME:
+        shared = outline.intersection(outlines[other]).area
+        share = shared / max(outline.area, 1e-9)
+        # A spoon on a plate begins hardly higher than the plate.
+        higher = 0.0 if share > _INSIDE and shared < _OVER * outlines[other].area else _SAME
+        if other == index or share < (_OVER if end > _LIFTED else _WITHIN) or ends[other] >= end - higher:
             continue
         # Seen about its foot: the surface itself is hidden by what stands on it.
         about = points[shapely.contains_xy(near, points[:, 0], points[:, 1]), 2]

@@ -95,13 +95,22 @@ def filter_viable(
 
 def what_fits(scene: Scene, spec: StructureSpec) -> str:
     """Return what can be built of the same objects instead, as the end of a sentence; empty if nothing is known."""
-    from structdiffusion.fitting_shapes import shapes_that_fit
+    from grounding.spec import StructureSpec
+    from structdiffusion.fitting_shapes import shapes_that_fit, values_in_the_way
     from structdiffusion.structures.structure import a_structure
 
-    shapes = [a_structure(name) for name in shapes_that_fit(scene, spec, _rng())]
-    if not shapes:
-        return ""
-    return f"; {' or '.join(filter(None, (', '.join(shapes[:-1]), shapes[-1])))} of them fits"
+    values = [f"without {value!r}" for value in values_in_the_way(scene, spec, _rng())]
+    shapes, left = shapes_that_fit(scene, spec, _rng()), ""
+    asked = [value for slot, value in spec.tokens() if slot != "shape"]
+    if asked and not (values or shapes):
+        shapes, left = shapes_that_fit(scene, StructureSpec(spec.shape), _rng()), f" without {' and '.join(asked)}"
+    offers = [f"it fits {_either(values)}"] if values else []
+    offers += [f"{_either([a_structure(name) for name in shapes])} of them fits{left}"] if shapes else []
+    return "".join(f"; {offer}" for offer in offers)
+
+
+def _either(choices: list[str]) -> str:
+    return " or ".join(filter(None, (", ".join(choices[:-1]), choices[-1])))
 
 
 def _rng() -> np.random.Generator:

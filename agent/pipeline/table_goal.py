@@ -166,7 +166,7 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
         The goal over the observed objects, and the observation with these objects in the same order.
 
     Raises:
-        NotBuildable: if a part places an object that the arm cannot reach, or names one that is no longer on the table.
+        NotBuildable: if a part places an object that the arm cannot take, or names one that is no longer on the table.
         SceneError: if there are more objects than planners take.
         ObservationError: if the camera does not see an object that a part names.
     """
@@ -195,8 +195,9 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
         tuple(color_of[name] for name in seen),
         {name: poses[name] for name in everything if name not in clouds and name not in table.fallen},
     )
-    if refused := [name for name in table.out_of_reach if name in seen and seen.index(name) in wanted.movable]:
-        raise NotBuildable(f"the instruction places objects that the arm cannot reach: {', '.join(refused)}")
+    troubles = table.out_of_reach.items()
+    if refused := [f"{name}, {why}" for name, why in troubles if name in seen and seen.index(name) in wanted.movable]:
+        raise NotBuildable(f"the instruction places objects that the arm cannot take: {'; '.join(refused)}")
     table.involve([seen[index] for index in wanted.movable])
     return wanted, replace(scene, objects=tuple(clouds[name] for name in seen), distractors=())
 
@@ -215,8 +216,7 @@ def with_what_is_there(table: TableScene, goal: Goal) -> tuple[Goal, dict[str, s
         NotBuildable: if nothing is left for a structure.
     """
     names, named = table.original_names, set(goal.named_objects())
-    gone = dict.fromkeys(table.out_of_reach, "the arm cannot take it")
-    gone |= dict.fromkeys(table.fallen, "it has fallen off the table")
+    gone = {**table.out_of_reach, **dict.fromkeys(table.fallen, "it has fallen off the table")}
     missing = dict[str, str]()
     parts = list[Part]()
     for part in goal.parts:

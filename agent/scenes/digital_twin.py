@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from grounding.interpretation import Interpretation
 
 _MESHES = "meshes"  # the folder beside a saved scene file
-_SETTLE_SECONDS = 1.0
+_SETTLE_SECONDS = 2.0
 _FELL = "fell off the table as the twin came to rest"
 # m and radians: a body that moves farther while the twin comes to rest was completed badly.
 _STAYS, _TILTED = 0.01, math.radians(5.0)
@@ -153,7 +153,7 @@ class RecordedSource:
         asked = [self.objects[index] for index in selection.indices]
         if refused := [self.objects[i] for i in _named(goal) if self.objects[i].trouble]:
             those = "; ".join(f"{each.name} cannot take part: {each.trouble}" for each in refused)
-            raise NotBuildable(f"the instruction names objects that the arm cannot reach: {those}")
+            raise NotBuildable(f"the instruction names objects that the arm cannot take: {those}")
         selected = [each for each in asked if not each.trouble]
         try:
             check_count([each.name for each in selected], len(self.objects), goal.spec)
@@ -249,8 +249,8 @@ class RecordedScene(TableScene):
             display_names=[each.display_name for each in ordered],
             attributes=[each.attributes for each in ordered],
         )
-        self.out_of_reach = tuple(each.name for each in ordered if each.trouble)
-        left_out = [f"{each.name} is left where it is: {each.trouble}" for each in ordered if each.trouble]
+        self.out_of_reach = {each.name: each.trouble for each in ordered if each.trouble}
+        left_out = [f"{name} is left where it is: {trouble}" for name, trouble in self.out_of_reach.items()]
         self.bodies = "the twin's bodies"
         self.labelled = labelled_picture(source.recording, segments)
         self._picture = frame.color if frame.organised else None

@@ -14,7 +14,7 @@ def check_count(selected: Sequence[str], there: int, spec: StructureSpec) -> Non
     """Refuse an instruction that means too few or too many objects.
 
     Args:
-        selected: the names of the objects that it means.
+        selected: the names of the objects that it means, and that the arm can take.
         there: how many the scene has.
         spec: the requested slots.
 
@@ -24,6 +24,6 @@ def check_count(selected: Sequence[str], there: int, spec: StructureSpec) -> Non
     if not FEWEST_OBJECTS <= len(selected) <= MOST_OBJECTS:
         which = ", ".join(map(repr, selected))
         raise SceneError(
-            f"cannot make a {spec.shape or 'structure'}: the instruction means {len(selected)} of the scene's "
-            f"{there} objects ({which}); legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
+            f"cannot make a {spec.shape or 'structure'} of {len(selected)} of the scene's {there} objects ({which}); "
+            f"legal: {FEWEST_OBJECTS} to {MOST_OBJECTS}"
         )

@@ -56,7 +56,7 @@ class TableScene:
     Attributes:
         models, world_from_initial, count, names, display_names: as given.
         referents: the objects, as an instruction can refer to them.
-        out_of_reach: the names of objects that the arm cannot take.
+        out_of_reach: name -> why the arm cannot take an object.
         missing: name -> why an object that was asked for takes no part.
         notes: what had to be assumed of the table and the arm, a sentence each.
         confidences: name -> confidence in its noun, of the objects whose nouns come from the picture.
@@ -67,7 +67,7 @@ class TableScene:
         prefix: the prefix of the driver's joint names.
     """
 
-    out_of_reach: tuple[str, ...] = ()
+    out_of_reach: Mapping[str, str] = MappingProxyType({})
     missing: Mapping[str, str] = MappingProxyType({})
     notes: tuple[str, ...] = ()
     confidences: Mapping[str, float] = MappingProxyType({})

@@ -11,7 +11,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from structdiffusion.completion.estimate import front_yaw
-from structdiffusion.completion.methods import BEST, CompletedShape, complete
+from structdiffusion.completion.methods import BEST, CompletedShape, are_covered, complete
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.model import ObjectModel, footprint_centroid
 from structdiffusion.objects.solids import assemble
@@ -44,7 +44,9 @@ def completed_bodies_of(
 
     Args: see `body_of`.
     """
-    shapes = separated([complete(cloud, world_from_camera, method) for cloud in clouds])
+    shapes = separated(
+        [complete(cloud, world_from_camera, method, covered) for cloud, covered in zip(clouds, are_covered(clouds))]
+    )
     return [(shape, *_body(cloud, shape)) for cloud, shape in zip(clouds, shapes, strict=True)]
 
 

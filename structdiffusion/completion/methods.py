@@ -12,9 +12,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError, cKDTree
@@ -25,7 +27,9 @@ from structdiffusion.completion.estimate import outline_of, top_of
 from structdiffusion.completion.revolution import Turned
 from structdiffusion.completion.tops import fall_of_top, is_rounded
 from structdiffusion.completion.view import View, level_top, levelled, without_strays
+from structdiffusion.footprints import stands_above
 from structdiffusion.objects.decomposition import few_vertices
+from structdiffusion.objects.rigid_body import mass_properties
 from structdiffusion.observation import ObjectCloud
 
 METHODS = ("hull", "extrude", "columns", "mirror", "symmetry")
@@ -44,6 +48,7 @@ _HANDLE = 0.006  # m below the seen points of a handle that belong to it
 _BALL_FALLS = 0.07
 _STUDS = 0.0016  # m by which an object has to be higher than its level top would be
 _FOOT, _VERTICES = 0.0015, 64  # m by which a round object is flattened at the bottom; vertices of a round body
+_LEVEL_FOOT = 2e-4  # m: what begins this close to its lowest point touches the support
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,7 @@ class CompletedShape:
     Attributes:
         parts: convex parts, each (V, 3); their union is the body, and its lowest point is on the support.
         seen: (P, 3) the points that it was estimated from, without strays and with the noise smoothed.
-        symmetry: "turned", "ball", "half turn", "mirror" or "": how the far side was estimated.
+        symmetry: "turned", "ball", "half turn", "mirror", "prism" or "": how the far side was estimated.
         hollow: whether it is open at the top.
     """
 
@@ -63,13 +68,25 @@ class CompletedShape:
     hollow: bool = False
 
 
-def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST) -> CompletedShape:
+def are_covered(clouds: Sequence[ObjectCloud]) -> list[bool]:
+    """Return of each object whether another stands on it, directly or on others."""
+    outlines = [shapely.MultiPoint(cloud.points[:, :2]).convex_hull for cloud in clouds]
+    bottoms = [cloud.bottom for cloud in clouds]
+    every = range(len(clouds))
+    return [any(stands_above(upper, index, outlines, bottoms) for upper in every) for index in every]
+
+
+def complete(
+    cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST, covered: bool = False
+) -> CompletedShape:
     """Complete the body of a partly seen object.
 
     Args:
         cloud: the seen points, any number of them.
         world_from_camera: (4, 4); without it hidden regions are unknown, and nothing is mirrored.
         method: one of `METHODS`.
+        covered: whether something stands on it. Then its top is not seen, and nothing tells how far its sides reach
+            back: it is taken to fill a rectangle around what is seen, if it is neither round nor hollow.
 
     Raises:
         ValueError: for an unknown method, or a cloud without points.
@@ -113,6 +130,8 @@ def complete(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: s
         return CompletedShape(parts, points, "ball" if body.ball else "turned", body.hollow)
     far, symmetry = mirrored(view, cloud.bottom)
     whole = np.concatenate((points, far))
+    if covered and not top_of(points, outline_of(points[:, :2]))[1]:
+        return CompletedShape((_prism(whole, cloud.bottom),), points, "prism")
     parts = (_round_below(whole, cloud.bottom),) if round_top else column_parts(whole, cloud.bottom)
     return CompletedShape(_as_high(parts, as_seen), points, symmetry)
 
@@ -198,13 +217,40 @@ def _as_high(parts: tuple[np.ndarray, ...], cloud: ObjectCloud) -> tuple[np.ndar
 
 
 def _round_below(points: np.ndarray, support: float) -> np.ndarray:
-    """Return the convex hull (V, 3) of a body that is as round below as above, and stands on a small flat."""
-    top = float(points[:, 2].max())
+    """Return the convex hull (V, 3) of a body that is as round below as above, and stands on a flat: a small one, or
+    as large as it takes to stand."""
+    top, flat = float(points[:, 2].max()), _FOOT
     upper = points[points[:, 2] >= support + 0.5 * (top - support)]
-    lower = upper * [1, 1, -1] + [0, 0, top + support]
-    lower[:, 2] = np.maximum(lower[:, 2], support + _FOOT)
-    whole = np.concatenate((upper, lower - [0, 0, _FOOT]))
-    return few_vertices(whole[ConvexHull(whole).vertices], _VERTICES)
+    while True:
+        lower = upper * [1, 1, -1] + [0, 0, top + support]
+        lower[:, 2] = np.maximum(lower[:, 2], support + flat)
+        whole = np.concatenate((upper, lower - [0, 0, flat]))
+        body = few_vertices(whole[ConvexHull(whole).vertices], _VERTICES)
+        if flat > 0.5 * (top - support) or _stands(body):
+            return body
+        flat *= 2
+
+
+def _stands(body: np.ndarray) -> bool:
+    """Return whether the centre of mass of a convex body (V, 3) is above the flat that it stands on."""
+    foot = shapely.MultiPoint(body[body[:, 2] < body[:, 2].min() + _LEVEL_FOOT, :2]).convex_hull
+    return bool(foot.contains(shapely.Point(mass_properties((body,), 1.0).object_from_inertial[:2, 3])))
+
+
+def _prism(points: np.ndarray, bottom: float) -> np.ndarray:
+    """Return the corners (8, 3) of an upright prism over the rectangle around points (P, 3) to whose sides they lie
+    nearest on average.
+
+    Around two faces of a box the smallest rectangle has two solutions of the same area, and the other one lies across.
+    """
+    headings = np.deg2rad(np.arange(90.0))
+    axes = np.stack((np.cos(headings), np.sin(headings), -np.sin(headings), np.cos(headings)), axis=1).reshape(-1, 2, 2)
+    along = axes @ points[:, :2].T  # (90, 2, P)
+    low, high = along.min(axis=2, keepdims=True), along.max(axis=2, keepdims=True)
+    best = int(np.minimum(along - low, high - along).min(axis=1).mean(axis=1).argmin())
+    (left, near), (right, far) = low[best, :, 0], high[best, :, 0]
+    corners = np.array([(left, near), (left, far), (right, far), (right, near)]) @ axes[best]
+    return np.concatenate([np.column_stack((corners, np.full(4, z))) for z in (bottom, points[:, 2].max())])
 
 
 def _lowered_hull(points: np.ndarray, support: float) -> np.ndarray:

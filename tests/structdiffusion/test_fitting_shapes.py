@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grounding.spec import StructureSpec
-from structdiffusion.fitting_shapes import shapes_that_fit, why_it_does_not_fit
+from structdiffusion.fitting_shapes import shapes_that_fit, values_in_the_way, why_it_does_not_fit
 from structdiffusion.observation import ObjectCloud, Scene, Table
 
 
@@ -45,3 +45,20 @@ def test_what_is_offered_can_be_laid_out(count, side):
 
 def test_nothing_is_offered_where_nothing_fits():
     assert shapes_that_fit(boxes(12, 0.24), StructureSpec("line"), np.random.default_rng(0)) == []
+
+
+def test_the_reason_names_what_stays_where_it_is_and_is_in_the_way():
+    """A box of 30 cm on the left, on a table of 54 cm by 90 cm, leaves no place there for a circle of three."""
+    rng, small = np.random.default_rng(0), boxes(3, 0.08)
+    points = (rng.uniform(-0.15, 0.15, (2000, 3)) + (0.45, 0.28, 0.15)).astype(np.float32)
+    scene = Scene(small.objects, small.table, (ObjectCloud("crate", "box", points),))
+    left = StructureSpec("circle", "small", x_position="left")
+    assert why_it_does_not_fit(small, left, rng) == ""
+    assert "it meets what stays where it is: crate" in why_it_does_not_fit(scene, left, rng)
+    assert values_in_the_way(scene, left, rng) == ["left"]
+    assert why_it_does_not_fit(scene, StructureSpec("circle", "small", x_position="right"), rng) == ""
+
+
+def test_what_has_no_size_is_not_offered_for_a_structure_of_one():
+    offered = shapes_that_fit(boxes(9, 0.15), StructureSpec("line", "small"), np.random.default_rng(0))
+    assert "table setting" not in offered

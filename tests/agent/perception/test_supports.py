@@ -39,5 +39,14 @@ def test_what_lies_in_a_bowl_stands_in_it():
     assert 0.0 < supports[1].bottom < 0.03
 
 
+def test_a_flat_thing_on_a_plate_stands_on_it_and_one_beside_it_on_the_table():
+    grid = np.stack(np.meshgrid(np.linspace(-0.1, 0.1, 41), np.linspace(-0.1, 0.1, 41)), axis=-1).reshape(-1, 2)
+    radius = np.linalg.norm(grid, axis=1)
+    plate = np.column_stack((grid, 0.004 + 0.2 * np.maximum(radius - 0.06, 0)))[radius < 0.1]
+    spoon = box(0.01, 0.0, 0.006, 0.1, 0.02, 0.008)
+    assert [one.carrier for one in supports_of([plate, spoon])] == [None, 0]
+    assert [one.carrier for one in supports_of([plate, spoon + (0.07, 0, 0)])] == [None, None]
+
+
 def test_nothing_is_carried_where_nothing_is():
     assert supports_of([]) == []

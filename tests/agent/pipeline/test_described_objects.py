@@ -131,7 +131,7 @@ def test_what_was_named_and_is_out_of_reach_ends_the_run(far_bag, near):
     assert failed.exit_code == 3
     assert (
         failed.message
-        == "the instruction names objects that the arm cannot reach: object 2 cannot take part: out of the arm's reach"
+        == "the instruction names objects that the arm cannot take: object 2 cannot take part: out of the arm's reach"
     )
 
 

@@ -95,19 +95,19 @@ def test_indices_are_those_of_the_first_order_whoever_takes_part(blocks):
 
 
 def test_everything_else_is_written_out_without_what_the_arm_cannot_take(blocks):
-    blocks.out_of_reach = ("block 2",)
+    blocks.out_of_reach = {"block 2": "no grasp fits the hand"}
     wanted, _ = put_on_table(blocks, goal_of(LEFT_OF, {"kind": "structure", "x_position": "left"}))
     assert wanted.goal.parts[1].objects == (0,) and wanted.movable == (0, 3)
     assert set(blocks.missing) == {"block 2"}
-    with pytest.raises(NotBuildable, match="block 2 cannot take part: the arm cannot take it"):
+    with pytest.raises(NotBuildable, match="block 2 cannot take part: no grasp fits the hand"):
         put_on_table(blocks, goal_of(LEFT_OF, {"kind": "structure", "shape": "line"}))  # one object is no line
 
 
 def test_what_the_arm_cannot_take_is_no_object_but_may_be_a_reference(blocks):
-    blocks.out_of_reach = ("block 3",)
+    blocks.out_of_reach = {"block 3": "no grasp fits the hand"}
     put_on_table(blocks, goal_of(LEFT_OF))
-    blocks.out_of_reach = ("block 4",)
-    with pytest.raises(NotBuildable, match="places objects that the arm cannot reach: block 4"):
+    blocks.out_of_reach = {"block 4": "out of the arm's reach"}
+    with pytest.raises(NotBuildable, match="places objects that the arm cannot take: block 4, out of the arm's reach"):
         put_on_table(blocks, goal_of(LEFT_OF))
 
 

@@ -79,7 +79,7 @@ def test_words_choose_among_what_was_found(source):
     assert resolve_phrase("the green object and object 1", Referents(source.referents)).indices == (2, 0)
     with source.open(a_line(source, (1, 2)), 0) as table:
         assert table.names == ("object 2", "object 3", "object 1") and table.count == 2
-    with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects \('object 2'\); legal: 2 to 12"):
+    with pytest.raises(SceneError, match=r"line of 1 of the scene's 3 objects \('object 2'\); legal: 2 to 12"):
         source.open(a_line(source, (1,)), 0)
 
 
@@ -117,10 +117,12 @@ def test_what_stands_too_far_away_is_left_where_it_is(bag):
     far = "out of the arm's reach"
     assert [each.trouble for each in source.objects] == [far, "", far]
     with source.set_out(0) as table:
-        assert table.out_of_reach == ("object 1", "object 3") and table.count == 1
+        assert table.out_of_reach == {"object 1": far, "object 3": far} and table.count == 1
         assert any("object 1 is left where it is: out of the arm's reach" in note for note in table.notes)
     assert source.hint.startswith("out of the arm's reach: object 1, object 3; ")
-    with pytest.raises(SceneError, match=r"means 1 of the scene's 3 objects.*; out of the arm's reach: object 1, obj"):
+    with pytest.raises(
+        SceneError, match=r"line of 1 of the scene's 3 objects.*; out of the arm's reach: object 1, obj"
+    ):
         source.open(a_line(source), 0)
     pose[0, 3] += 5.0
     with pytest.raises(NotBuildable, match=r"none of the 3 objects in .*: object 1, object 2, object 3; .*x 4.94"):

@@ -136,3 +136,35 @@ def test_cutlery_has_its_front_where_it_was_seen(seen):
     assert length > 3 * width
     unnamed, straight = body_of(replace(scene.objects[fork], category="object"), scene.world_from_camera)
     assert np.array_equal(straight[:3, :3], np.eye(3)) and unnamed.radius == pytest.approx(model.radius, abs=1e-3)
+
+
+def test_a_box_of_which_two_sides_are_seen_carries_what_stands_on_it():
+    """What stands on it hides its top and its far side."""
+    share = np.linspace(0.0, 1.0, 30)
+    along, up = (grid.ravel() for grid in np.meshgrid(share, share))
+    front, left = np.stack((0 * along, along, up), axis=1), np.stack((along, 0 * along, up), axis=1)
+    top = np.stack((along, up, np.ones(len(up))), axis=1)
+    lower = np.concatenate((front, left)) * [0.1, 0.1, 0.06] + [0.4, 0.0, 0.0]
+    upper = np.concatenate((front, left, top)) * [0.08, 0.08, 0.06] + [0.41, 0.01, 0.06]
+    clouds = [
+        ObjectCloud("box 1", "box", lower.astype(np.float32)),
+        ObjectCloud("box 2", "box", upper.astype(np.float32), bottom=0.06),
+    ]
+    bodies = bodies_of(clouds, pose_from_xyz_yaw(-0.5, -0.5, 1.0, 0.0))
+    with TabletopWorld(*zip(*bodies)) as world:
+        world.settle(2.0, until_rest=False)
+        for (_, before), after in zip(bodies, world.poses()):
+            assert np.abs(after - before)[:3].max() < 0.003
+
+
+def test_a_body_stands_whose_top_is_round_and_higher_on_one_side():
+    """As round below as above, it would roll over."""
+    x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 41), np.linspace(-1, 1, 41)))
+    there = x**2 + y**2 < 1
+    x, y = x[there], y[there]
+    top = np.stack((0.04 * x, 0.04 * y, 0.05 - 0.02 * (x**2 + y**2) + 0.03 * x), axis=1) + [0.4, 0.0, 0.0]
+    cloud = ObjectCloud("object 1", "object", top.astype(np.float32))
+    model, pose = body_of(cloud, pose_from_xyz_yaw(-0.5, 0.0, 1.0, 0.0))
+    with TabletopWorld([model], [pose]) as world:
+        world.settle(2.0, until_rest=False)
+        assert np.abs(world.pose(0) - pose)[:3].max() < 0.003

@@ -1,0 +1,31 @@
+"""What a refusal offers instead."""
+
+import re
+
+import numpy as np
+import pytest
+
+from agent.errors import NoValidGoal
+from agent.pipeline.candidates import filter_viable, what_fits
+from grounding.spec import StructureSpec
+from structdiffusion.fitting_shapes import why_it_does_not_fit
+from structdiffusion.observation import Arrangement
+from tests.structdiffusion.test_fitting_shapes import boxes
+
+
+def test_what_fits_is_offered_with_what_has_to_be_given_up():
+    """Nine boxes of 13 cm make no circle on a table of 54 cm, however small, and nothing large."""
+    scene = boxes(9, 0.13)
+    offered = what_fits(scene, StructureSpec("circle", "large", "left"))
+    shapes = re.findall("an? ([a-z]+)", offered.split(" of them fits without large and left")[0])
+    assert shapes
+    for shape in shapes:
+        assert why_it_does_not_fit(scene, StructureSpec(shape), np.random.default_rng(1)) == ""
+
+
+def test_a_refusal_says_what_is_needed_what_there_is_and_what_fits():
+    bad = Arrangement(np.tile(np.eye(4), (9, 1, 1)), {"total": 0.0})
+    with pytest.raises(
+        NoValidGoal, match=r"a line of these objects is 1\.\d+ m .* room for 0\.\d+ m; .* of them fits$"
+    ):
+        filter_viable([bad], boxes(9, 0.13), StructureSpec("line"))
