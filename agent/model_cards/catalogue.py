@@ -23,6 +23,7 @@ FAMILIES: Mapping[str, str] = {
     "structformer": "proposes arrangements of one shape (baseline)",
     "structure": "judges whether an arrangement is what was asked for",
     "collision": "judges whether two objects intersect",
+    "strokes": "reads the strokes of an example",
     "embedding": "reads instructions",
     "goals": "proposes goals for what is said",
     "verifier": "judges whether a goal holds all that was said",

@@ -100,10 +100,11 @@ def _loaded(network: Network) -> Checkpointed:
     from structdiffusion.models.collision import CollisionDiscriminator
     from structdiffusion.models.cvae import PoseCVAE
     from structdiffusion.models.diffusion import PoseDiffusion
+    from structdiffusion.models.strokes.model import StrokeNetwork
     from structdiffusion.models.structformer import StructFormer
     from structdiffusion.models.structure import StructureDiscriminator
 
-    kinds = (PoseDiffusion, PoseCVAE, StructFormer, StructureDiscriminator, CollisionDiscriminator)
+    kinds = (PoseDiffusion, PoseCVAE, StructFormer, StructureDiscriminator, CollisionDiscriminator, StrokeNetwork)
     return {kind.kind: kind for kind in kinds}[network.family].from_pretrained(network.folder)
 
 

@@ -16,7 +16,8 @@ class Recipe:
     Attributes:
         steps: optimiser steps, earlier runs included.
         learning_rate: the peak of its schedule.
-        batch: scenes per step and device; pairs of objects for the collision discriminator, views for segmentation.
+        batch: scenes per step and device; pairs of objects for the collision discriminator, arrangements for the stroke
+            network, views for segmentation.
     """
 
     steps: int
@@ -33,6 +34,7 @@ RECIPES: Mapping[str, Recipe] = {
     "structure": Recipe(4_000, 1e-3, 32),
     "collision": Recipe(5_000, 1e-3, 64),
 }
+STROKES = Recipe(3_000, 3e-3, 32)  # steps of arrangements, which are drawn while it trains
 SEGMENTATION = Recipe(3_500, 1.5e-3, 8)  # steps of views of synthetic tables, which are drawn while it trains
 SEGMENTATION_VIEWS = 20_000
 # As objects of the sentence "Train ...".

@@ -38,8 +38,8 @@ class TrainingRun:
     """A training run.
 
     Attributes:
-        kind: one of `RECIPES`.
-        data: folder that `structagent generate` wrote.
+        kind: one of `RECIPES`, or "strokes".
+        data: folder that `structagent generate` wrote; `None` for "strokes", whose examples are drawn while it trains.
         out: folder for the checkpoint, the training state, `log.csv` and `training.json`.
         recipe: steps (earlier runs included), learning rate and batch size.
         device: one of `DEVICES`.
@@ -51,7 +51,7 @@ class TrainingRun:
     """
 
     kind: str
-    data: Path
+    data: Path | None
     out: Path
     recipe: Recipe
     device: str = "auto"
@@ -131,13 +131,14 @@ def _train(run: TrainingRun, device: torch.device, distributed: DistributedConte
 
     with torch.random.fork_rng():  # torch draws initial weights from its global generator alone
         torch.manual_seed(run.seed)
-        model, loss = _TASKS[run.kind](run.data, device, run.recipe.batch, run.start)
+        model, loss = _task(run)(device, run.recipe.batch, run.start)
     if run.precision != FLOAT32:
         loss = partial(loss, autocast=True)  # type: ignore[call-arg]  # losses of networks with a precision take it
     options = TrainingOptions(steps=run.recipe.steps, learning_rate=run.recipe.learning_rate, seed=run.seed)
-    examples = "pairs" if run.kind == "collision" else "scenes"
+    examples = {"collision": "pairs", "strokes": "arrangements"}.get(run.kind, "scenes")
+    data = {"name": "drawn while it trains"} if run.data is None else about_data(run.data)
     start = file_facts(run.start) if run.start is not None else None
-    metadata = RunMetadata(__version__, about_data(run.data), run.recipe.batch, examples, run.precision, start)
+    metadata = RunMetadata(__version__, data, run.recipe.batch, examples, run.precision, start)
     is_first = distributed is None or distributed.rank == 0
     console = console_on(sys.stdout, soft_wrap=True, highlight=False, quiet=not is_first)
     with progress_bar(quiet=not is_first) as progress:
@@ -148,6 +149,11 @@ def _train(run: TrainingRun, device: torch.device, distributed: DistributedConte
             console.print(f"step {row.step}/{row.steps}  {row.seconds:.0f} s  {losses}")
     where = str(device) if distributed is None else f"{distributed.count} devices ({device.type})"
     console.print(f"trained for {run.recipe.steps} steps on {where}: {run.out}")
+
+
+def _task(run: TrainingRun) -> Callable[[torch.device, int, Path | None], tuple[Checkpointed, Loss]]:
+    """Return what makes the network and its loss of a device, a batch size and a checkpoint to start from."""
+    return _strokes if run.data is None else partial(_TASKS[run.kind], run.data)
 
 
 def _network(kind: type[Network], config: Any, start: Path | None) -> Network:
@@ -217,6 +223,14 @@ def _collision(data: Path, device: torch.device, batch: int, start: Path | None)
     pairs = PairBatches.load(data, device)
     model = _network(CollisionDiscriminator, CollisionConfig(), start).to(device)
     return model, partial(collision_loss, model, pairs, size=batch)
+
+
+def _strokes(device: torch.device, batch: int, start: Path | None) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.models.strokes.loss import stroke_loss
+    from structdiffusion.models.strokes.model import StrokeConfig, StrokeNetwork
+
+    model = _network(StrokeNetwork, StrokeConfig(), start).to(device)
+    return model, partial(stroke_loss, model, size=batch)
 
 
 _TASKS: dict[str, Callable[[Path, torch.device, int, Path | None], tuple[Checkpointed, Loss]]] = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,14 +14,15 @@ from structdiffusion.benchmark.figure_families import BLOCKS, counts_of
 from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.data.scene_sampling import SceneError, eligible, layout_item
 from structdiffusion.figures.curves import diameter
-from structdiffusion.figures.example import Example, figure_of
-from structdiffusion.figures.strokes import places_of
+from structdiffusion.figures.example import Example, Reading, figure_of
 from structdiffusion.footprints import turned
+from structdiffusion.models.strokes.model import pair_features
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.structures import structure_named
 from structdiffusion.structures.structure import LayoutError
 
 _TRIES = 30
+_LONGEST, _BROKEN = 1.6, 2.2  # times the usual step: relative neighbours, and those in the shortest tree, are joined
 _FREE = 21  # places along each side of the table at which a copy looks for room
 
 
@@ -55,14 +55,14 @@ def example_of(scene: GoalScene, library: Sequence[ObjectModel]) -> Example:
             for i, by, at in zip(draft.order, draft.turns, draft.offsets)
         ]
         middles = turned(draft.offsets, np.pi / 2)
-        return _seen(figure_named(name), outlines, middles, draft.heights, [items[i].height for i in draft.order])
+        return _seen(outlines, middles, draft.heights, [items[i].height for i in draft.order])
     raise SceneError(f"no example of {name!r} with {count} objects: {reason}")
 
 
 def _seen(
-    figure: Figure, outlines: Sequence[np.ndarray], middles: np.ndarray, bottoms: np.ndarray, heights: Sequence[float]
+    outlines: Sequence[np.ndarray], middles: np.ndarray, bottoms: np.ndarray, heights: Sequence[float]
 ) -> Example:
-    """Return an example of objects by place, with who rests on whom as it looks, and in drawing order."""
+    """Return an example of objects by place, with who rests on whom as it looks."""
     import shapely
 
     shapes = [shapely.Polygon(outline) for outline in outlines]
@@ -77,11 +77,22 @@ def _seen(
         else ()
         for i in range(len(shapes))
     )
-    order = None
-    if figure.strokes:
-        along = dict.fromkeys(i for chain in places_of(figure, len(middles)).chains for i in chain)
-        order = (*along, *(i for i in range(len(middles)) if i not in along))
-    return Example(tuple(outlines), middles, rests_on, bottoms, order)
+    return Example(tuple(outlines), middles, rests_on, bottoms)
+
+
+def read_by_distance(example: Example) -> Reading:
+    """Return what the places of an example show by their distances alone, the plain way that the stroke network has to
+    beat.
+
+    The shortest tree joins the objects, and so are relative neighbours, where they are not much farther apart than
+    usual. Every object is a corner.
+    """
+    count = len(example.middles)
+    features = pair_features(example.middles, np.zeros((count, count)))
+    steps, near, tree = features[..., 2], features[..., 7] > 0, features[..., 8] > 0
+    usual = float(np.median(steps[tree]))
+    joined = (tree & (steps <= _BROKEN * usual)) | (near & (steps <= _LONGEST * usual))
+    return Reading(joined, np.ones(count, bool))
 
 
 def copied(example: Example, count: int) -> Figure:
@@ -94,8 +105,7 @@ def copied(example: Example, count: int) -> Figure:
         return _copied_blocks(example, count)
     points = example.middles
     if count < len(points):
-        kept = np.unique(np.linspace(0, len(points) - 1, count).round().astype(int))
-        points = points[list(example.order or range(len(points)))][kept]
+        points = points[np.unique(np.linspace(0, len(points) - 1, count).round().astype(int))]
     while len(points) < count:
         low, high = points.min(axis=0), points.max(axis=0)
         step = np.linalg.norm(points[:, None] - points, axis=-1)
@@ -121,7 +131,7 @@ def _copied_blocks(example: Example, count: int) -> Figure:
 # What makes the figure that is built: the example or the name in, the figure out.
 METHODS: Mapping[str, Callable[[Example, str, int], Figure]] = {
     "template copy": lambda example, _, count: copied(example, count),
-    "curve fit, no order": lambda example, name, _: figure_of(replace(example, order=None), name, (name,)),
-    "curve fit": lambda example, name, _: figure_of(example, name, (name,)),
+    "curve fit": lambda example, name, _: figure_of(example, name, (name,), read_by_distance),
+    "stroke network": lambda example, name, _: figure_of(example, name, (name,)),
     "name": lambda _, name, __: figure_named(name),
 }

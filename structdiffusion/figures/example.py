@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import cache
+from itertools import combinations, pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grounding.figures.figure import Figure, FigureBlock, FigureError
 from grounding.figures.growth import RULES, pattern_places, supports_of
-from structdiffusion.figures.curves import diameter, similarity
+from structdiffusion.figures.curves import arc_lengths, diameter, similarity
+from structdiffusion.footprints import clear_gap
 
-_LONGEST = 1.6  # times the usual distance of neighbours: what is farther apart is not joined
-_FARTHER, _NEARER = 1.25, 0.8  # times the usual distance, and times the distance of the next one: another stroke begins
-_UNEVEN = 0.25  # of a step, by which the next step of a stroke differs that goes on evenly
-_BACK = math.radians(120.0)  # an end is not joined to what lies behind it
-_BROKEN = 2.2  # times the usual distance of neighbours: the shortest tree is cut where it is longer
+if TYPE_CHECKING:
+    from structdiffusion.models.strokes.model import StrokeNetwork
+
+WEIGHTS = Path(__file__).parents[1] / "weights" / "strokes"
+_FINE = 4  # points of a curve from one object to the next
+_SAME_LINE = 0.004  # of half the diameter, by which leaving out a point may change a stroke
 _STRAIGHT = math.radians(50.0)  # a stroke goes on at a junction where it turns by less
 _ON_LATTICE = 0.15  # of the step: objects that miss the places of a pattern by less show it
 _PATTERNS = (("x.", ".x"), ("x",))  # the chessboard and the grid
@@ -37,7 +42,6 @@ class Example:
         middles: (N, 2) their centroids.
         rests_on: for each object those that carry it; () is the table.
         bottoms: (N,) z.
-        order: the objects in the order in which they were drawn; `None` if that is not known.
         tops: (N,) z; `None` if they are not known.
     """
 
@@ -45,12 +49,31 @@ class Example:
     middles: np.ndarray
     rests_on: tuple[tuple[int, ...], ...]
     bottoms: np.ndarray
-    order: tuple[int, ...] | None = None
     tops: np.ndarray | None = None
 
 
-def figure_of(example: Example, name: str, nouns: Sequence[str]) -> Figure:
+@dataclass(frozen=True)
+class Reading:
+    """What the places of objects show.
+
+    Attributes:
+        joined: (N, N) bool, whether two follow each other along a stroke.
+        corners: (N,) bool, whether an object stands at an end, a corner or a junction.
+    """
+
+    joined: np.ndarray
+    corners: np.ndarray
+
+
+def figure_of(
+    example: Example, name: str, nouns: Sequence[str], read: Callable[[Example], Reading] | None = None
+) -> Figure:
     """Return the figure that an example shows.
+
+    Args:
+        example: what stands there.
+        name, nouns: of the figure.
+        read: reads the strokes of what lies on the table; `None` for the stroke network.
 
     Raises:
         FigureError: for fewer than two objects, or objects that stand on each other out of one plane.
@@ -64,9 +87,10 @@ def figure_of(example: Example, name: str, nouns: Sequence[str]) -> Figure:
         return Figure(name, tuple(nouns), pattern=tile, least=_LEAST_PATTERN)
     size = diameter(points)
     drawn = (points - points.mean(axis=0)) * (2.0 / size)
+    reading = (read or read_strokes)(example)
     strokes = [
-        tuple((round(float(x), 3), round(float(y), 3)) for x, y in drawn[list(chain)])
-        for chain in strokes_through(points, example.order)
+        tuple((round(float(x), 3), round(float(y), 3)) for x, y in _drawn(drawn, chain, reading.corners))
+        for chain in strokes_through(points, reading.joined)
     ]
     ends = {end for stroke in strokes if stroke[0] != stroke[-1] or len(stroke) == 1 for end in (stroke[0], stroke[-1])}
     closed = sum(stroke[0] == stroke[-1] and len(stroke) > 1 for stroke in strokes)
@@ -78,13 +102,43 @@ def figure_of(example: Example, name: str, nouns: Sequence[str]) -> Figure:
 # --- flat ones ------------------------------------------------------------------------------------
 
 
-def strokes_through(points: np.ndarray, order: Sequence[int] | None = None) -> list[list[int]]:
-    """Return the strokes that join neighbouring points (N, 2): their indices, a closed stroke's first one twice.
+@cache
+def _network() -> StrokeNetwork:
+    from structdiffusion.models.strokes.model import StrokeNetwork
 
-    Without the order of the drawing, the shortest tree joins the points, and so are two to which no third is nearer
-    than they are to each other (the relative neighbourhood graph), where they are not much farther apart than usual.
+    return StrokeNetwork.from_pretrained(WEIGHTS)
+
+
+def read_strokes(example: Example) -> Reading:
+    """Return what the stroke network reads off the places and outlines of an example."""
+    import torch
+
+    from structdiffusion.models.strokes.model import pair_features
+
+    count = len(example.middles)
+    gaps = np.zeros((count, count))
+    for i, j in combinations(range(count), 2):
+        gaps[i, j] = gaps[j, i] = clear_gap(example.outlines[i], example.outlines[j])
+    pairs = torch.from_numpy(pair_features(example.middles, gaps))[None]
+    with torch.no_grad():
+        logits, corners = _network()(pairs, torch.ones(1, count, dtype=torch.bool))
+    joined = np.where(np.eye(count, dtype=bool), -np.inf, logits[0].numpy())
+    # A drawing joins no three objects in a ring, unless there are no others: the least likely pair goes.
+    for trio in combinations(range(count), 3) if count > 3 else ():
+        i, j = min(combinations(trio, 2), key=lambda pair: joined[pair])
+        if joined[i, j] > 0:
+            joined[i, j] = joined[j, i] = -np.inf
+    return Reading(joined > 0, corners[0].numpy() > 0)
+
+
+def strokes_through(points: np.ndarray, joined: np.ndarray) -> list[list[int]]:
+    """Return the strokes that join points (N, 2): their indices, a closed stroke's first one twice.
+
+    Args:
+        points: middles.
+        joined: (N, N) bool, which of them follow each other.
     """
-    neighbours = _joined(points) if order is None else _in_order(points, order)
+    neighbours = {i: np.flatnonzero(own).tolist() for i, own in enumerate(joined)}
     strokes: list[list[int]] = []
     left = {frozenset((i, j)) for i, own in neighbours.items() for j in own}
     # From ends and junctions first; what is left then is closed.
@@ -93,98 +147,36 @@ def strokes_through(points: np.ndarray, order: Sequence[int] | None = None) -> l
         while ways := [j for j in neighbours[start] if frozenset((start, j)) in left]:
             stroke = [start, ways[0]]
             left.discard(frozenset(stroke))
-            while (onward := _onward(points, neighbours, left, stroke)) is not None:
+            while (onward := _onward(neighbours, left, stroke)) is not None:
                 left.discard(frozenset((stroke[-1], onward)))
                 stroke.append(onward)
             strokes.append(stroke)
     return [*_through_junctions(points, strokes), *([i] for i, own in neighbours.items() if not own)]
 
 
-def _joined(points: np.ndarray) -> dict[int, list[int]]:
-    """Return for each point those that it is joined to, from their places alone."""
-    distances = np.linalg.norm(points[:, None] - points, axis=-1)
-    np.fill_diagonal(distances, np.inf)
-    tree = _shortest_tree(distances)
-    usual = float(np.median([distances[i, j] for i, j in tree]))
-    edges = {edge for edge in tree if distances[edge] <= _BROKEN * usual}
-    for i in range(len(points)):
-        for j in range(i):
-            between = np.maximum(distances[i], distances[j]).min() < distances[i, j] - 1e-9
-            if not between and distances[i, j] <= _LONGEST * usual:
-                edges.add((j, i))
-    return _neighbours(len(points), edges)
+def _drawn(points: np.ndarray, chain: Sequence[int], corners: np.ndarray) -> np.ndarray:
+    """Return the polyline (P, 2) of a stroke: a curve between its corners, straight where there is nothing between."""
+    import shapely
+    from scipy.interpolate import CubicSpline  # takes longer to import than this module
+
+    chain = list(chain)
+    closed = len(chain) > 2 and chain[0] == chain[-1]
+    if closed and (turns := [k for k, i in enumerate(chain[:-1]) if corners[i]]):
+        chain = [*chain[turns[0] : -1], *chain[: turns[0] + 1]]  # begins at a corner
+    whole = closed and not corners[chain[0]]
+    marks = [0, *(k for k in range(1, len(chain) - 1) if corners[chain[k]]), len(chain) - 1]
+    line = [points[chain[:1]]]
+    for a, b in pairwise(marks):
+        run = points[chain[a : b + 1]]
+        if len(run) > 2:
+            along = arc_lengths(run)
+            at = np.interp(np.arange(1, _FINE * (b - a) + 1) / _FINE, np.arange(len(run)), along)
+            run = np.vstack((run[:1], CubicSpline(along, run, bc_type="periodic" if whole else "natural")(at)))
+        line.append(run[1:])
+    return np.array(shapely.LineString(np.concatenate(line)).simplify(_SAME_LINE).coords) if len(chain) > 1 else line[0]
 
 
-def _in_order(points: np.ndarray, order: Sequence[int]) -> dict[int, list[int]]:
-    """Return for each point those that it is joined to, where the order is that of the drawing.
-
-    Each is joined to the next one within a usual distance, or where a stroke goes on straight and evenly, unless the
-    next is nearer to what is there already: then another stroke begins on that. Ends are joined to other ends, or to
-    what they end on.
-    """
-    distances = np.linalg.norm(points[:, None] - points, axis=-1)
-    np.fill_diagonal(distances, np.inf)
-    usual = float(np.median(distances.min(axis=1)))
-    pairs = list(pairwise(order))
-    even = [
-        abs(distances[i, j] - distances[j, k]) <= _UNEVEN * distances[i, j]
-        and _turn(points[i], points[j], points[k]) < _STRAIGHT
-        for i, j, k in zip(order, order[1:], order[2:])
-    ]
-    edges = set()
-    for number, (i, j) in enumerate(pairs):
-        elsewhere = any(distances[k, j] < _NEARER * distances[i, j] for k in order[:number])
-        begins = elsewhere and distances[i, j] > _FARTHER * usual
-        if not begins and (distances[i, j] <= _LONGEST * usual or any(even[max(number - 1, 0) : number + 1])):
-            edges.add((min(i, j), max(i, j)))
-    neighbours = _neighbours(len(points), edges)
-    for alone in [i for i, own in neighbours.items() if not own]:
-        onto = int(distances[alone].argmin())
-        if distances[alone, onto] <= _FARTHER * usual:
-            edges.add((min(alone, onto), max(alone, onto)))
-    neighbours = _neighbours(len(points), edges)
-    ends = [i for i, own in neighbours.items() if len(own) == 1]
-    for end in ends:
-        (before,) = neighbours[end]
-        reach = _FARTHER * max(usual, distances[end, before])
-        near = [
-            j
-            for j in np.flatnonzero(distances[end] <= reach).tolist()
-            if j != before and j not in neighbours[before] and _turn(points[before], points[end], points[j]) < _BACK
-        ]
-        if near:
-            onto = min(near, key=lambda j: (j not in ends, distances[end, j]))
-            edges.add((min(end, onto), max(end, onto)))
-    return _neighbours(len(points), edges)
-
-
-def _neighbours(count: int, edges: Iterable[tuple[int, int]]) -> dict[int, list[int]]:
-    neighbours: dict[int, list[int]] = {i: [] for i in range(count)}
-    for i, j in sorted(edges):
-        neighbours[i].append(j)
-        neighbours[j].append(i)
-    return neighbours
-
-
-def _shortest_tree(distances: np.ndarray) -> list[tuple[int, int]]:
-    """Return the edges of the shortest tree that joins all points, by their distances (N, N)."""
-    edges: list[tuple[int, int]] = []
-    nearest, to = distances[0].copy(), np.zeros(len(distances), int)
-    nearest[0] = np.inf
-    joined = {0}
-    while len(joined) < len(distances):
-        new = int(nearest.argmin())
-        edges.append((min(new, int(to[new])), max(new, int(to[new]))))
-        joined.add(new)
-        closer = distances[new] < nearest
-        nearest, to = np.where(closer, distances[new], nearest), np.where(closer, new, to)
-        nearest[list(joined)] = np.inf
-    return edges
-
-
-def _onward(
-    points: np.ndarray, neighbours: dict[int, list[int]], left: set[frozenset[int]], stroke: Sequence[int]
-) -> int | None:
+def _onward(neighbours: dict[int, list[int]], left: set[frozenset[int]], stroke: Sequence[int]) -> int | None:
     """Return where a stroke goes on; `None` at an end and at a junction."""
     here = stroke[-1]
     if len(neighbours[here]) != 2:

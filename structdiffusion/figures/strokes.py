@@ -87,7 +87,7 @@ def places_of(figure: Figure, count: int) -> Places:
         points = points - points.mean(axis=0)
         dots = tuple(point[None] for point in points)
         return Places(points, np.zeros(count), (), np.ones(count, bool), dots, diameter(points))
-    drawing = _Drawing(figure.strokes)
+    drawing = Drawing(figure.strokes)
     options = [each for least in drawing.choices() for each in drawing.sampled(least, count)]
     if not options:
         raise ValueError(f"{figure.name!r} has more strokes than {count} objects can show")
@@ -118,8 +118,12 @@ def variation(gaps: np.ndarray) -> float:
     return float(gaps.std() / max(gaps.mean(), 1e-9)) if len(gaps) > 1 else 0.0
 
 
-class _Drawing:
-    """The strokes of a figure with their ends, corners and junctions."""
+class Drawing:
+    """The strokes of a figure with their ends, corners and junctions.
+
+    Args:
+        strokes: polylines, as in `Figure`.
+    """
 
     def __init__(self, strokes: Sequence[Sequence[tuple[float, float]]]) -> None:
         self.curves = tuple(np.array(stroke, float).reshape(-1, 2) for stroke in strokes)
@@ -138,6 +142,21 @@ class _Drawing:
         """Return ways to have `count` places with the corners whose angle is `least` or more;
         none if these are too many.
         """
+        nodes, spans = self._kept(least)
+        return [self._placed(list(nodes), spans, inner) for inner in self._shared(spans, count - len(nodes))]
+
+    def plain(self, count: int, least: float = 0.0) -> Places | None:
+        """Return `count` places with the corners whose angle is `least` or more, the others given one after another to
+        the longest step; `None` if there are more corners.
+        """
+        nodes, spans = self._kept(least)
+        inner = self._greedy(spans, count - len(nodes))
+        return None if inner is None else self._placed(nodes, spans, inner.tolist())
+
+    def _kept(self, least: float) -> tuple[list[np.ndarray], list[tuple[int, float, float]]]:
+        """Return the places that are kept where corners turn by `least` or more, and the spans between them: stroke,
+        from, to.
+        """
         stops = [sorted(t for t, worth in keys.items() if worth >= least) for keys in self.keys]
         nodes: list[np.ndarray] = []
         spans: list[tuple[int, float, float]] = []
@@ -153,7 +172,7 @@ class _Drawing:
         for k, a, b in spans:
             self._node(nodes, self._at(k, a))
             self._node(nodes, self._at(k, b))
-        return [self._placed(list(nodes), spans, inner) for inner in self._shared(spans, count - len(nodes))]
+        return nodes, spans
 
     def _placed(
         self, nodes: list[np.ndarray], spans: Sequence[tuple[int, float, float]], inner: Sequence[int]
@@ -180,16 +199,10 @@ class _Drawing:
         One way gives them one after another to the longest step; in the others, spans that are equally long, such as
         both halves of the bar of a T, get equally many.
         """
-        lengths = np.array([b - a for _, a, b in spans])
-        # A span that returns to its start needs two at least to be seen.
-        least = np.array([
-            2 if np.linalg.norm(self._at(k, a) - self._at(k, b)) < _SAME * self.width else 0 for k, a, b in spans
-        ])  # fmt: skip
-        if left < least.sum() or not (len(spans) or left == 0):
+        inner = self._greedy(spans, left)
+        if inner is None:
             return []
-        inner = least.copy()
-        for _ in range(left - int(least.sum())):
-            inner[int((lengths / (inner + 1)).argmax())] += 1
+        lengths, least = self._lengths(spans), self._least(spans)
         ways = [inner[None]]
         # Equally long spans of one stroke, and of all, as the four halves of the legs of an H
         for of_stroke in (True, False):
@@ -206,6 +219,26 @@ class _Drawing:
         every = np.concatenate(ways)
         best = (lengths / (every + 1)).max(axis=1, initial=0.0).argsort(kind="stable")[:_WAYS]
         return [every[k].tolist() for k in dict.fromkeys((0, *best.tolist()))]
+
+    def _greedy(self, spans: Sequence[tuple[int, float, float]], left: int) -> np.ndarray | None:
+        """Return how many places each span gets if the longest step always gets the next; `None` if they are too
+        few.
+        """
+        lengths, inner = self._lengths(spans), self._least(spans)
+        if left < inner.sum() or not (len(spans) or left == 0):
+            return None
+        for _ in range(left - int(inner.sum())):
+            inner[int((lengths / (inner + 1)).argmax())] += 1
+        return inner
+
+    def _lengths(self, spans: Sequence[tuple[int, float, float]]) -> np.ndarray:
+        return np.array([b - a for _, a, b in spans])
+
+    def _least(self, spans: Sequence[tuple[int, float, float]]) -> np.ndarray:
+        """Return how many places each span needs: one that returns to its start needs two at least to be seen."""
+        return np.array([
+            2 if np.linalg.norm(self._at(k, a) - self._at(k, b)) < _SAME * self.width else 0 for k, a, b in spans
+        ], int)  # fmt: skip
 
     def _keys(self, number: int) -> dict[float, float]:
         """Return the places along a stroke that may have to be kept, with their worth: an angle, or infinity."""

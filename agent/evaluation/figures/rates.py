@@ -22,7 +22,8 @@ def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
     Returns:
         "n"; "success" and "success_at_5"; "transfers": the success of each; "loss": by how much of the success with the
         example's number a changed number fails, `None` without such rows; "named": how often the blind classifier names
-        the family, among all rows; "failures": class -> rate; "failed_checks"; "arm": see `arm_rates`; "lost"; "seconds".
+        the family, among all rows; "failures": class -> rate; "failed_checks"; "arm": see `arm_rates`; "lost";
+        "seconds".
     """
     known = measured(rows)
     same = [row["success"] for row in known if row["kind"] not in _CHANGED]
