@@ -73,7 +73,7 @@ class Solid:
 
 @dataclass(frozen=True, eq=False)
 class ArmModel:
-    """One model of the Jaco. Arrays have one entry for each of its n joints, from the base on.
+    """One model of an arm. Arrays have one entry for each of its n joints, from the base on.
 
     Attributes:
         name: the maker's name for it.
@@ -85,6 +85,7 @@ class ArmModel:
         chain: every joint, including those of the hand; a parent comes before its children.
         solids: the collision solids.
         urdf: the path of the URDF file.
+        fingers: of each finger joint that is commanded, by its name, the angles when open and when closed.
     """
 
     name: str
@@ -98,6 +99,7 @@ class ArmModel:
     chain: tuple[Joint, ...]
     solids: tuple[Solid, ...]
     urdf: Traversable
+    fingers: Mapping[str, tuple[float, float]]
 
     @cached_property
     def origins(self) -> dict[str, np.ndarray]:
@@ -155,6 +157,7 @@ def arm_model(name: str) -> ArmModel:
         ),
         tuple(_solid(link.get("name", ""), shape) for link in root.iter("link") for shape in link.iter("collision")),
         urdf,
+        dict.fromkeys(FINGERS, (FINGER_OPEN, FINGER_CLOSED)),
     )
 
 

@@ -81,11 +81,11 @@ class RealArm:
         kinematics, options = self._table.arm.kinematics, self._options
         if options.address == SIMULATION:
             second = self._ends.enter_context(self._again())
-            limits = JointLimits.of_jaco(kinematics.model)
+            limits = JointLimits.of_arm(kinematics.model)
             link: SimulatedLink | RosbridgeLink = SimulatedLink(second.world, second.arm)
         else:
             name = options.name or self._table.prefix.rstrip("_") or kinematics.model.name
-            limits = JointLimits.of_jaco(kinematics.model, f"{name}_")
+            limits = JointLimits.of_arm(kinematics.model, f"{name}_")
             link = RosbridgeLink(options.address, KinovaRos(name), limits.names)
         top = self._table.world.table
         workspace = Workspace.above((top.x_min, top.x_max, top.y_min, top.y_max), kinematics)

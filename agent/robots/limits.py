@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.arm_model import FINGERS, ArmModel
+from agent.arm.arm_model import ArmModel
 from agent.arm.kinematics import Kinematics
 from agent.errors import RobotRefused
 from agent.robots.trajectory import Trajectory
@@ -36,8 +36,8 @@ class JointLimits:
     fingers: tuple[str, ...]
 
     @classmethod
-    def of_jaco(cls, model: ArmModel, prefix: str = "") -> JointLimits:
-        """Return the maker's limits of a Jaco whose joints' names begin with `prefix`."""
+    def of_arm(cls, model: ArmModel, prefix: str = "") -> JointLimits:
+        """Return the maker's limits of an arm whose joints' names begin with `prefix`."""
         turning = model.continuous
         return cls(
             tuple(prefix + name for name in model.joints),
@@ -45,7 +45,7 @@ class JointLimits:
             np.where(turning, np.inf, model.upper),
             turning,
             model.velocity,
-            tuple(prefix + name for name in FINGERS),
+            tuple(prefix + name for name in model.fingers),
         )
 
     def difference(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:

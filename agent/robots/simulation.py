@@ -25,7 +25,7 @@ class SimulatedLink:
     """
 
     def __init__(self, world: TabletopWorld, arm: JacoArm) -> None:
-        self._world, self._arm, self._names = world, arm, JointLimits.of_jaco(arm.kinematics.model)
+        self._world, self._arm, self._names = world, arm, JointLimits.of_arm(arm.kinematics.model)
         self._steps, self._began = 0, 0.0
         self._motion: Trajectory | Grip | None = None
         self._outcome: Outcome | None = None

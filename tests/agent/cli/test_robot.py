@@ -99,7 +99,7 @@ def test_only_a_yes_in_the_terminal_is_an_approval(typed, agreed, monkeypatch, c
 
 def test_a_run_refuses_an_arm_that_stands_elsewhere(tmp_path, capsys):
     model = arm_model("j2s7s300")
-    limits = JointLimits.of_jaco(model, "left_")
+    limits = JointLimits.of_arm(model, "left_")
     arm = StandInArm(limits.names, model.folded + 0.2 * (model.folded == 5.04), limits.fingers)
     with running(KinovaRos("left"), arm) as (_, address):
         where = ["--robot", address.replace("ws", "rosbridge"), "--arm", "jaco:left", "--approve", "--json"]

@@ -57,7 +57,7 @@ def table():
 @pytest.fixture
 def cell():
     """The arm, its server and its address."""
-    limits = JointLimits.of_jaco(MODEL, f"{NAME}_")
+    limits = JointLimits.of_arm(MODEL, f"{NAME}_")
     arm = StandInArm(limits.names, MODEL.folded, limits.fingers)
     with running(KinovaRos(NAME), arm) as (server, address):
         yield arm, server, address

@@ -43,8 +43,8 @@ def way(seconds: float, radians: float = 0.3, purpose: str = "reach") -> Traject
 def interface_of(ros: int) -> tuple[Interface, JointLimits]:
     """Return the interface of a driver, and the joints as it names them."""
     if ros == 1:
-        return KinovaRos(DEFAULT_MODEL), JointLimits.of_jaco(MODEL, f"{DEFAULT_MODEL}_")
-    return Ros2Kortex(), JointLimits.of_jaco(MODEL)
+        return KinovaRos(DEFAULT_MODEL), JointLimits.of_arm(MODEL, f"{DEFAULT_MODEL}_")
+    return Ros2Kortex(), JointLimits.of_arm(MODEL)
 
 
 @pytest.fixture(params=(1, 2), ids=("ros1", "ros2"))

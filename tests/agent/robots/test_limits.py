@@ -9,7 +9,7 @@ from agent.robots.limits import JointLimits, Workspace
 from agent.robots.trajectory import Trajectory
 from tests.agent.robots.conftest import MODEL, way
 
-LIMITS = JointLimits.of_jaco(MODEL, "left_")
+LIMITS = JointLimits.of_arm(MODEL, "left_")
 
 
 def test_a_motion_within_the_limits_passes():

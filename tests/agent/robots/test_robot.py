@@ -4,11 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
+from agent.arm.arm_file import load_arm
 from agent.errors import RobotRefused, RobotStopped
+from agent.robots.interfaces import Ros2Kortex
+from agent.robots.limits import JointLimits
+from agent.robots.robot import Robot
 from agent.robots.rosbridge import RosbridgeLink
-from agent.robots.trajectory import Grip
+from agent.robots.trajectory import Grip, Trajectory
+from tests.agent.arm.gen3 import ARM, write_urdf
 from tests.agent.robots.conftest import MODEL, PATIENT, way
+from tests.agent.robots.rosbridge_server import StandInArm, running
 
 LONG = (20.0, 6.0)  # s and rad: a motion that goes on until it is stopped
 SHORT = way(0.6)
@@ -50,6 +57,26 @@ def test_an_approved_motion_arrives_whatever_the_order_of_the_joints(cell, fault
     joints, _ = here.robot.state()
     assert np.abs(joints - SHORT.goal).max() < 1e-3
     assert not here.arm.cancels and not here.arm.halts
+
+
+def test_an_arm_from_a_file_moves_and_is_held_to_the_speed_of_its_file(tmp_path):
+    write_urdf(tmp_path)
+    path = tmp_path / "gen3.yaml"
+    path.write_text(yaml.safe_dump(ARM | {"speed": 0.5}))
+    model, interface = load_arm(path), Ros2Kortex()
+    limits = JointLimits.of_arm(model)
+    there = model.folded + 0.3 * np.eye(7)[6]
+    slow, fast = (
+        Trajectory("turn the hand", np.array([0.0, seconds]), np.stack((model.folded, there))) for seconds in (1.0, 0.5)
+    )
+    with running(interface, StandInArm(limits.names, model.folded, limits.fingers)) as (_, address):
+        with Robot(RosbridgeLink(address, interface, limits.names), limits, tolerances=PATIENT) as robot:
+            robot.connect()
+            robot.approve()
+            robot.follow(slow)
+            assert np.abs(robot.state()[0] - there).max() < 1e-3
+    with pytest.raises(RobotRefused, match="joint_7 would turn at 0.600 rad/s; legal: at most 0.500"):
+        limits.check(fast)
 
 
 def test_fingers_stop_at_what_they_grip_and_open_again(cell):

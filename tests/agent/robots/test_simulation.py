@@ -25,7 +25,7 @@ def arm():
 
 def test_it_follows_grips_and_opens(arm):
     body, link = arm
-    with Robot(link, JointLimits.of_jaco(MODEL)) as robot:
+    with Robot(link, JointLimits.of_arm(MODEL)) as robot:
         robot.connect()
         with pytest.raises(RobotRefused, match="approved"):
             robot.follow(way(1.0))
@@ -38,7 +38,7 @@ def test_it_follows_grips_and_opens(arm):
 
 def test_an_arm_that_is_held_back_is_stopped(arm):
     body, link = arm
-    with Robot(link, JointLimits.of_jaco(MODEL)) as robot:
+    with Robot(link, JointLimits.of_arm(MODEL)) as robot:
         robot.connect()
         robot.approve()
         body.command = lambda q: None  # its motors hear nothing
