@@ -10,7 +10,7 @@ from shapely import MultiPoint, contains_xy, prepare
 
 from agent.arm.object_planner import ObjectPlan
 from agent.arm.placement_order import GOAL_CLEARANCE
-from agent.arm.table_camera import ARM_MARGIN, TableCamera
+from agent.arm.table_camera import ARM_MARGIN, TableCamera, in_box
 from structdiffusion.geometry import transform_points
 from structdiffusion.simulation.world import TIME_STEP
 
@@ -59,9 +59,8 @@ class PlaceWatch:
 
     def _there(self, points: np.ndarray, which: np.ndarray, corners: np.ndarray) -> np.ndarray:
         """Return the chosen ones (H, W) of points (H, W, 3) that are over the place, in a box with corners (2, 3)."""
-        with np.errstate(invalid="ignore"):
-            inside = which & ((points > corners[0]) & (points < corners[1])).all(axis=-1)
-        found = points[inside]
+        found = points[which]
+        found = found[in_box(found, corners)]
         return found[contains_xy(self._outline, found[:, :2])]
 
     def _come(self, now: np.ndarray, nearer: np.ndarray) -> np.ndarray:

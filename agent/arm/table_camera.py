@@ -48,8 +48,8 @@ class TableCamera:
             Its points (H, W, 3), world frame, those of the last `picture`, and by how many metres (H, W) they are
             nearer now; NaN where either does not tell.
         """
-        picture = self._world.look(self._rng)
-        return picture.points, self._points, self._depth - picture.depth
+        depth, points = self._world.measure(self._rng)
+        return points, self._points, self._depth - depth
 
     def off_arm(self, points: np.ndarray) -> np.ndarray:
         """Return which points (P, 3) of a picture taken now do not show the arm."""

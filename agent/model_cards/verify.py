@@ -157,7 +157,7 @@ def _goal_network_answer(network: Network) -> str:
     encoder, words = SentenceEncoder(), ["stack", "the", "cans"]
     decoder = NetworkWriter.from_pretrained(encoder, network.folder).decoder
     states = encoder.word_states([words], ENCODER_LAYER)
-    scores = decoder.scores(decoder.begin(states.hidden, states.first[0], word_presence(words, None)), None)
+    scores = decoder.scores([decoder.begin(states.hidden, states.first[0], word_presence(words, None))], [None])[0]
     return _sound(torch.from_numpy(scores), (len(KEYWORDS) + 2 * len(words),))
 
 

@@ -21,7 +21,7 @@ _EPSILON = 1e-5  # torch's default
 
 @dataclass(frozen=True)
 class _Attention:
-    """An attention of rows (n, width) over a memory (m, width)."""
+    """An attention of rows (n, width) over memories (m, width)."""
 
     query: Linear
     key: Linear
@@ -36,13 +36,15 @@ class _Attention:
         query, key, value = (Linear(*pair) for pair in zip(weights, biases, strict=True))
         return cls(query, key, value, Linear(state[f"{name}.out_proj.weight"], state[f"{name}.out_proj.bias"]))
 
-    def __call__(self, row: np.ndarray, keys: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Attend from one row (1, width) to keys and values (m, width) that `key` and `value` made."""
+    def __call__(self, rows: np.ndarray, keys: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Attend from rows (n, width) to keys and values that `key` and `value` made: (n, m, width), each row to its
+        own, or (1, m, width), all to the same.
+        """
         each = WIDTH // HEADS
-        query = self.query(row).reshape(HEADS, 1, each) * np.float32(each**-0.5)
-        scores = query @ keys.reshape(-1, HEADS, each).transpose(1, 2, 0)  # (heads, 1, m)
-        found = softmax(scores, axis=-1) @ values.reshape(-1, HEADS, each).transpose(1, 0, 2)
-        return self.join(found.transpose(1, 0, 2).reshape(1, WIDTH))
+        query = self.query(rows).reshape(-1, HEADS, 1, each) * np.float32(each**-0.5)
+        scores = query @ keys.reshape(*keys.shape[:2], HEADS, each).transpose(0, 2, 3, 1)  # (n, heads, 1, m)
+        found = softmax(scores, axis=-1) @ values.reshape(*values.shape[:2], HEADS, each).transpose(0, 2, 1, 3)
+        return self.join(found.reshape(-1, WIDTH))
 
 
 @dataclass(frozen=True)
@@ -120,31 +122,42 @@ class GoalDecoder:
         empty = np.zeros((0, WIDTH), dtype=np.float32)
         return Writing(memory, pointed, said, [(empty, empty) for _ in self._layers])
 
-    def scores(self, writing: Writing, last: Action | None) -> np.ndarray:
-        """Take the last action and score the next: logits (keywords + 2 W,) float32, then starts, then ends.
+    def scores(self, writings: Sequence[Writing], last: Sequence[Action | None]) -> np.ndarray:
+        """Take the last action of each goal and score its next: logits (goals, keywords + 2 W) float32, in each row the
+        keywords, then starts, then ends.
+
+        A weight is read once for all goals, which takes about as long as for one.
 
         Args:
-            writing: the goal that is being written; it is advanced by one action.
-            last: the action that was chosen; `None` at the beginning.
+            writings: goals of one instruction that are being written, with as many actions each; each is advanced by
+                one.
+            last: the action that was chosen for each; `None` at the beginning.
         """
+        rows = np.stack([self._row(one, action) for one, action in zip(writings, last, strict=True)])
+        said, pointed = writings[0].said, writings[0].pointed
+        for number, layer in enumerate(self._layers):
+            x = layer.norms[0](rows)
+            for one, key, value in zip(writings, layer.own.key(x), layer.own.value(x), strict=True):
+                keys, values = one.written[number]
+                one.written[number] = np.concatenate([keys, key[None]]), np.concatenate([values, value[None]])
+            keys, values = (np.stack([one.written[number][k] for one in writings]) for k in range(2))
+            rows = rows + layer.own(x, keys, values)
+            rows = rows + layer.said(layer.norms[1](rows), *(each[None] for each in said[number]))
+            rows = rows + layer.narrow(gelu(layer.widen(layer.norms[2](rows))))
+        for one in writings:
+            one.length += 1
+        rows = self._last(rows)
+        scale = np.float32(WIDTH**-0.5)
+        starts = self._start[0](rows) @ pointed[0].T * scale
+        ends = self._end[0](rows) @ pointed[1].T * scale
+        return np.concatenate([self._keyword(rows), starts, ends], axis=-1)
+
+    def _row(self, writing: Writing, last: Action | None) -> np.ndarray:
+        """Return what the last action of a goal gives the layers, (width,)."""
         state = self.state
         kind, value = last or Action(KEYWORD, NUMBER_OF["<start>"])
         row = state["keywords.weight"][value] if kind == KEYWORD else self._word(writing.memory[value : value + 1])[0]
-        row = (row + state["kinds.weight"][kind] + state["positions.weight"][writing.length])[None]
-        for number, layer in enumerate(self._layers):
-            x = layer.norms[0](row)
-            keys, values = writing.written[number]
-            keys, values = np.concatenate([keys, layer.own.key(x)]), np.concatenate([values, layer.own.value(x)])
-            writing.written[number] = (keys, values)
-            row = row + layer.own(x, keys, values)
-            row = row + layer.said(layer.norms[1](row), *writing.said[number])
-            row = row + layer.narrow(gelu(layer.widen(layer.norms[2](row))))
-        writing.length += 1
-        row = self._last(row)
-        scale = np.float32(WIDTH**-0.5)
-        starts = self._start[0](row) @ writing.pointed[0].T * scale
-        ends = self._end[0](row) @ writing.pointed[1].T * scale
-        return np.concatenate([self._keyword(row), starts, ends], axis=-1)[0]
+        return row + state["kinds.weight"][kind] + state["positions.weight"][writing.length]
 
     def _linear(self, name: str) -> Linear:
         return Linear(self.state[f"{name}.weight"], self.state[f"{name}.bias"])

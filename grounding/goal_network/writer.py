@@ -106,7 +106,13 @@ class NetworkWriter:
             beam = [_Unfinished(self.decoder.begin(states.hidden, states.first[0], presence))]
             found: list[WrittenGoal] = []
             for _ in range(POSITIONS):
-                steps = [step for one in beam for step in one.steps(self.decoder, len(words), count, answers)]
+                writings = [one.writing.copy() for one in beam]
+                scores = self.decoder.scores(writings, [one.actions[-1] if one.actions else None for one in beam])
+                steps = [
+                    step
+                    for one, writing, row in zip(beam, writings, scores, strict=True)
+                    for step in one.steps(writing, row, len(words), count, answers)
+                ]
                 steps.sort(key=lambda step: -step.score)
                 found += [
                     WrittenGoal(tuple(words), one.actions, math.exp(one.score)) for one in steps[:count] if one.ended
@@ -142,14 +148,21 @@ class _Unfinished:
     score: float = 0.0
     ended: bool = False
 
-    def steps(self, decoder: GoalDecoder, words: int, count: int, answers: bool) -> list[_Unfinished]:
-        """Return it with each of the likeliest actions that may follow."""
+    def steps(self, writing: Writing, scores: np.ndarray, words: int, count: int, answers: bool) -> list[_Unfinished]:
+        """Return it with each of the likeliest actions that may follow.
+
+        Args:
+            writing: what the decoder knows of it after the last action.
+            scores: (keywords + 2 `words`,) of the actions that may follow.
+            words: of the instruction.
+            count: of actions at most.
+            answers: whether an answer may be written in place of a goal.
+        """
         steps = legal_actions(answers)
         legal = next(steps)
         for action in self.actions:
             legal = steps.send(action)
-        writing = self.writing.copy()
-        shares = _shares(decoder.scores(writing, self.actions[-1] if self.actions else None), legal, words)
+        shares = _shares(scores, legal, words)
         found = []
         for best in np.argsort(-shares)[:count]:
             if shares[best] > 0.0:

@@ -234,14 +234,14 @@ class TabletopWorld:
             carriers.append(tuple(sorted(b for (a, b), force in lift.items() if a == k and force >= enough)))
         return carriers
 
-    def _render(self, camera: DepthCamera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _render(self, camera: DepthCamera, shadow: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         _, _, color, buffer, segmentation = pybullet.getCameraImage(
             camera.width,
             camera.height,
             camera.view_matrix,
             camera.projection_matrix,
             lightDirection=(0.6, 0.9, 2.0),
-            shadow=1,
+            shadow=int(shadow),
             renderer=pybullet.ER_TINY_RENDERER,
             **self._here,
         )
@@ -259,6 +259,14 @@ class TabletopWorld:
         if rng is not None:
             depth = measured_depth(depth, rng)
         return CameraImage(color, depth, segmentation, camera.points(depth), camera.world_from_camera)
+
+    def measure(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Return the depth (H, W), metres, and the points (H, W, 3), world frame, that `look` would measure now.
+
+        The shadows of the colours, which are not drawn here, take two fifths of a picture's time.
+        """
+        depth = measured_depth(self.camera.depth_from_buffer(self._render(self.camera, shadow=False)[1]), rng)
+        return depth, self.camera.points(depth)
 
     def observe(
         self,

@@ -81,11 +81,13 @@ class FlatFigure(SpreadStructure):
         outlines = [turned(item.footprint, by) for item, by in zip(items, turns)]
         ratio = draw_size_ratio(spec, rng)
         tries = 1 if spec.size is not None else _MOST_WIDER
-        offsets = min(
-            (self._spaced(places, drawn, places.axes + turn, outlines, ratio * _WIDER**k) for k in range(tries)),
-            key=lambda found: max(_uneven(places, outlines, found), _KEPT * MAX_GAP_VARIATION),
-        )
-        uneven = _uneven(places, outlines, offsets)
+        offsets, uneven = drawn, math.inf
+        for k in range(tries):
+            found = self._spaced(places, drawn, places.axes + turn, outlines, ratio * _WIDER**k)
+            if (varies := _uneven(places, outlines, found)) < uneven:
+                offsets, uneven = found, varies
+            if uneven <= _KEPT * MAX_GAP_VARIATION:
+                break
         if uneven > _KEPT * MAX_GAP_VARIATION:
             raise LayoutError(
                 f"objects of such different widths cannot stand evenly along {a_structure(self.name)}: their gaps "

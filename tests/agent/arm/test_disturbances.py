@@ -21,11 +21,17 @@ START = np.array([pose_from_xyz_yaw(0.35, y, 0.0, 0.0) for y in (-0.3, -0.1, 0.1
 GOALS = np.array([pose_from_xyz_yaw(0.55, y, 0.0, 0.0) for y in (-0.1, 0.05, 0.2)])
 
 
-def built(text, seed=0, count=3):
-    """Build a line of `count` objects with a disturbance; return the events, and the disturber."""
+def built(text, seed=0, count=3, until=()):
+    """Build a line of `count` objects with a disturbance, or begin to, until an event of a kind in `until`; return the
+    events, and the disturber.
+
+    The hand holds by a weld, for which the engine takes a quarter of the iterations: what is done to the table is the
+    same.
+    """
     happened = []
     with TabletopWorld(MODELS[:count], list(START[:count])) as world:
         arm = JacoArm(world.client)
+        arm.hold_by("weld")
         scene = world.observe(np.random.default_rng(0))
         spare = keep_away(world, BLOCKS["cube_35_yellow"])
         names = ["pillar", "post", "cube"][:count] + ["new block"]
@@ -36,6 +42,8 @@ def built(text, seed=0, count=3):
         listeners = BuildListeners(disturber.on_step)
         for event in build_structure(world, arm, scene, [goal], rng=np.random.default_rng(0), listeners=listeners):
             happened += disturber.events(event)
+            if any(isinstance(event, until) for event in happened):
+                break
         happened += disturber.rest()
     return happened, disturber
 
@@ -61,7 +69,7 @@ def test_what_cannot_be_read_is_answered_with_the_legal_values(text):
 
 @pytest.mark.parametrize("kind", DISTURBANCES)
 def test_each_happens_between_the_first_pick_and_the_last_placement(kind):
-    happened, disturber = built(kind, seed=4)
+    happened, disturber = built(kind, seed=4, until=Disturbed)
     (told,) = [event for event in happened if isinstance(event, Disturbed)]
     assert told.disturbance == kind and told.name and told.detail and disturber.why_not == ""
     assert before(happened, Picked)[0] >= 1 and before(happened, Placed)[0] < 3
@@ -71,7 +79,7 @@ def test_each_happens_between_the_first_pick_and_the_last_placement(kind):
 
 
 def test_a_disturbance_after_a_placement():
-    happened, _ = built("remove@2")
+    happened, _ = built("remove@2", until=Disturbed)
     assert before(happened, Placed)[0] == 2
 
 
@@ -91,7 +99,6 @@ def test_what_does_not_happen_says_why():
 
 
 def test_the_same_seed_disturbs_in_the_same_way():
-    first, second = (built("push", seed=7)[0] for _ in range(2))
-    assert [event for event in first if isinstance(event, Disturbed)] == [
-        event for event in second if isinstance(event, Disturbed)
-    ]
+    first, second = (built("push", seed=7, count=2, until=Disturbed)[0] for _ in range(2))
+    told = [[event for event in some if isinstance(event, Disturbed)] for some in (first, second)]
+    assert told[0] and told[0] == told[1]

@@ -26,9 +26,13 @@ def network():
 
 def test_scores_agree_with_torch_action_by_action(network, encoder):
     states = encoder.word_states([WORDS], ENCODER_LAYER)
-    writing = network.decoder().begin(states.hidden, states.first[0], PRESENCE)
-    ours = [network.decoder().scores(writing, None)]
-    ours += [network.decoder().scores(writing, action) for action in ACTIONS]
+    decoder = network.decoder()
+    writing = decoder.begin(states.hidden, states.first[0], PRESENCE)
+    other = writing.copy()  # another goal of the same words, which is written beside it
+    ours = [decoder.scores([writing, other], [None, None])[0]]
+    ours += [
+        decoder.scores([other, writing], [another, action])[1] for action, another in zip(ACTIONS, reversed(ACTIONS))
+    ]
     started = [Action(KEYWORD, NUMBER_OF["<start>"]), *ACTIONS]
     with torch.no_grad():
         memory = network.remembered(

@@ -18,6 +18,21 @@ def bracket() -> trimesh.Trimesh:
     return trimesh.creation.extrude_polygon(Polygon(outline), 0.03)
 
 
+@pytest.fixture
+def asked(monkeypatch) -> list[int]:
+    """What V-HACD makes of the first mesh of a test it makes of each; has an entry for every time that it is asked."""
+    compute, known, times = decomposition.vhacdx.compute_vhacd, [], []
+
+    def once(*mesh, **settings):
+        times.append(len(times))
+        if not known:
+            known.extend(compute(*mesh, **settings))
+        return known
+
+    monkeypatch.setattr(decomposition.vhacdx, "compute_vhacd", once)
+    return times
+
+
 def test_parts_follow_a_concave_mesh_and_come_from_the_cache(monkeypatch):
     mesh = bracket()
     parts = decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=12, resolution=50_000)
@@ -70,7 +85,7 @@ def unlike(whole: dict[str, np.ndarray]) -> dict[str, dict[str, np.ndarray]]:
     }
 
 
-def test_an_entry_of_a_wrong_shape_or_type_is_made_anew():
+def test_an_entry_of_a_wrong_shape_or_type_is_made_anew(asked):
     mesh = bracket()
     settings = {"max_parts": 4, "resolution": 20_000}
     parts = decomposition.convex_parts(mesh.vertices, mesh.faces, **settings)
@@ -84,13 +99,14 @@ def test_an_entry_of_a_wrong_shape_or_type_is_made_anew():
         assert dict(np.load(entry))["vertices"].tobytes() == whole["vertices"].tobytes(), what
     np.save(entry.open("wb"), whole["vertices"])  # an array and no archive
     assert len(decomposition.convex_parts(mesh.vertices, mesh.faces, **settings)) == len(parts)
+    assert len(asked) == 2 + len(unlike(whole))
 
 
 def flipped(content: bytes, place: int) -> bytes:
     return content[:place] + bytes([content[place] ^ 0xFF]) + content[place + 1 :]
 
 
-def test_a_damaged_or_unwritable_cache_only_costs_time(monkeypatch, tmp_path):
+def test_a_damaged_or_unwritable_cache_only_costs_time(asked, monkeypatch, tmp_path):
     mesh = bracket()
     decomposition.convex_parts(mesh.vertices, mesh.faces, max_parts=4, resolution=20_000)
     (entry,) = decomposition.cache_directory().iterdir()

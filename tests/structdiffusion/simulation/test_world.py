@@ -176,6 +176,15 @@ def test_noise_grows_with_distance_and_drops_pixels():
     assert np.isnan(near).mean() == pytest.approx(0.01, abs=0.003)
 
 
+def test_what_is_measured_without_shadows_is_what_a_picture_measures():
+    models = [procedural_object(kind, 0) for kind in ("mug", "box")]
+    with TabletopWorld(models, [pose_from_xyz_yaw(0.45, y, 0.0, 0.3) for y in (-0.05, 0.05)]) as world:
+        picture = world.look(np.random.default_rng(1))
+        depth, points = world.measure(np.random.default_rng(1))
+        np.testing.assert_array_equal(depth, picture.depth)
+        np.testing.assert_array_equal(points, picture.points)
+
+
 def test_observe_gives_a_named_partial_scene():
     mug = procedural_object("mug", 0)
     models = [mug, mug, procedural_object("bottle", 0)]
