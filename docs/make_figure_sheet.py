@@ -28,7 +28,7 @@ from structdiffusion.structures.structure import LayoutError
 
 SHEET = Path(__file__).resolve().parent / "images" / "figures.png"
 COLUMNS, WIDTH, HEIGHT, TITLE = 10, 150, 118, 14  # tiles in a row, and pixels
-COLORS = 160  # of the picture's palette
+COLORS = 64  # of the picture's palette
 MORE = 3  # objects beyond the fewest that show a figure, which then is plainer
 TABLE = Table()
 FORMS = {one.name: one for one in block_objects()}

@@ -166,7 +166,7 @@ def _chain(
     if not driven:
         raise BadInput(f"{path}: no joint turns between the base {document['base']!r} and the tool")
     hand = _numbers(path, "hand", document.get("hand", [0.0] * 6), 6)
-    chain.append(Joint(END_EFFECTOR, parent, "end_effector", pose @ pose_from_xyz_rpy(hand[:3], hand[3:])))
+    chain.append(Joint(END_EFFECTOR, parent, "end_effector", pose @ pose_from_xyz_rpy(hand[:3].tolist(), hand[3:].tolist())))
     return driven, tuple(chain)
 
 
@@ -187,7 +187,7 @@ def _values(path: Path, joint: ElementTree.Element, part: str, key: str, default
 
 def _origin(path: Path, joint: ElementTree.Element) -> np.ndarray:
     xyz, rpy = (_values(path, joint, "origin", key, "0 0 0") for key in ("xyz", "rpy"))
-    return pose_from_xyz_rpy(xyz, rpy)
+    return pose_from_xyz_rpy(xyz.tolist(), rpy.tolist())
 
 
 def _z_along(axis: np.ndarray) -> np.ndarray:

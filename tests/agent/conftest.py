@@ -59,13 +59,15 @@ def _once_per_cloud() -> Callable[..., CompletedShape]:
     """Return what `complete` does, for each cloud once: the tests' tables are looked at with the same noise."""
     known: dict[tuple[object, ...], CompletedShape] = {}
 
-    def completed(cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST) -> CompletedShape:
+    def completed(
+        cloud: ObjectCloud, world_from_camera: np.ndarray | None, method: str = BEST, covered: bool = False
+    ) -> CompletedShape:
         eye = None if world_from_camera is None else world_from_camera.tobytes()
-        seen = np.asarray(cloud.points, dtype=np.float64).tobytes(), cloud.bottom, eye, method
+        seen = np.asarray(cloud.points, dtype=np.float64).tobytes(), cloud.bottom, eye, method, covered
         if seen not in known:
             if len(known) >= _MOST_CLOUDS:
                 known.clear()
-            known[seen] = complete(cloud, world_from_camera, method)
+            known[seen] = complete(cloud, world_from_camera, method, covered)
             for array in (*known[seen].parts, known[seen].seen):
                 array.setflags(write=False)
         return known[seen]
