@@ -166,7 +166,9 @@ def _chain(
     if not driven:
         raise BadInput(f"{path}: no joint turns between the base {document['base']!r} and the tool")
     hand = _numbers(path, "hand", document.get("hand", [0.0] * 6), 6)
-    chain.append(Joint(END_EFFECTOR, parent, "end_effector", pose @ pose_from_xyz_rpy(hand[:3].tolist(), hand[3:].tolist())))
+    chain.append(
+        Joint(END_EFFECTOR, parent, "end_effector", pose @ pose_from_xyz_rpy(hand[:3].tolist(), hand[3:].tolist()))
+    )
     return driven, tuple(chain)
 
 
