@@ -132,7 +132,7 @@ def train_strokes(
     """Train the network that reads the strokes of an example.
 
     Arrangements are drawn while it trains: figures of the library but those of the benchmark, and random strokes. It
-    takes about 20 minutes on one core. The same command resumes a run that was stopped.
+    takes about 12 minutes on one core. The same command resumes a run that was stopped.
 
     Example: structagent train strokes --out runs/strokes
     """
