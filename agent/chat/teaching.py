@@ -21,6 +21,7 @@ from grounding.goals.goal import Goal
 from grounding.propose.example_words import compared
 from grounding.structure_words import words_of
 from structdiffusion.figures.example import figure_of
+from structdiffusion.models.strokes.reading import read_strokes
 from structdiffusion.observation import ObjectCloud
 
 _IT = r"(?:this|that|it|these|the structure|the figure|what (?:stands|is) here)"
@@ -76,7 +77,7 @@ def figure_at_hand(situation: Situation, seen: Sequence[ObjectCloud], arranged: 
     if structures and structures[0].objects is not None:
         names = {situation.names[index] for index in structures[0].objects}  # type: ignore[index]
     own = [number for number, cloud in enumerate(clouds) if cloud.name in names]
-    return figure_of(example_of_clouds([clouds[number] for number in own], motions[own]), name, (name,))
+    return figure_of(example_of_clouds([clouds[number] for number in own], motions[own]), name, (name,), read_strokes)
 
 
 def with_structure_before(text: str, goal: Goal, example: str = "") -> str:

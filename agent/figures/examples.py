@@ -32,6 +32,7 @@ from structdiffusion.figures.example import Example, figure_of
 from structdiffusion.footprints import outline_centroid, turned
 from structdiffusion.geometry import transform_points
 from structdiffusion.limits import SESSION_BYTES, read_at_most
+from structdiffusion.models.strokes.reading import read_strokes
 from structdiffusion.observation import ObjectCloud
 
 _LYING = 0.01  # m: what is lower lies on the table
@@ -69,7 +70,7 @@ def read_example(path: Path, name: str, nouns: Sequence[str] = (), exact: bool =
         example = _example(path, exact) if record is None else _of_record(record)
         if exact and example.tops is None:
             raise FigureError(f"it has no poses of bodies, because its session.jsonl is not beside it; {_EXACT}")
-        return copy_of(example, name, nouns) if exact else figure_of(example, name, nouns)
+        return copy_of(example, name, nouns) if exact else figure_of(example, name, nouns, read_strokes)
     except FigureError as error:
         what = "cannot be copied exactly" if exact else "shows no figure"
         raise FigureError(f"{str(path)!r} {what}: {error}") from error

@@ -17,6 +17,7 @@ from structdiffusion.figures.curves import diameter
 from structdiffusion.figures.example import Example, Reading, figure_of
 from structdiffusion.footprints import turned
 from structdiffusion.models.strokes.model import pair_features
+from structdiffusion.models.strokes.reading import read_strokes
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.structures import structure_named
 from structdiffusion.structures.structure import LayoutError
@@ -120,7 +121,7 @@ def copied(example: Example, count: int) -> Figure:
 
 def _copied_blocks(example: Example, count: int) -> Figure:
     """Return a copy without the highest blocks, or with more beside it."""
-    blocks = list(figure_of(example, "copy", ("copy",)).blocks)
+    blocks = list(figure_of(example, "copy", ("copy",), read_by_distance).blocks)
     while len(blocks) > count:
         blocks.pop()
     while len(blocks) < count:
@@ -132,6 +133,6 @@ def _copied_blocks(example: Example, count: int) -> Figure:
 METHODS: Mapping[str, Callable[[Example, str, int], Figure]] = {
     "template copy": lambda example, _, count: copied(example, count),
     "curve fit": lambda example, name, _: figure_of(example, name, (name,), read_by_distance),
-    "stroke network": lambda example, name, _: figure_of(example, name, (name,)),
+    "stroke network": lambda example, name, _: figure_of(example, name, (name,), read_strokes),
     "name": lambda _, name, __: figure_named(name),
 }

@@ -5,22 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
-from itertools import combinations, pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING
+from itertools import pairwise
 
 import numpy as np
 
 from grounding.figures.figure import Figure, FigureBlock, FigureError
 from grounding.figures.growth import RULES, pattern_places, supports_of
 from structdiffusion.figures.curves import arc_lengths, diameter, similarity
-from structdiffusion.footprints import clear_gap
 
-if TYPE_CHECKING:
-    from structdiffusion.models.strokes.model import StrokeNetwork
-
-WEIGHTS = Path(__file__).parents[1] / "weights" / "strokes"
 _FINE = 4  # points of a curve from one object to the next
 _SAME_LINE = 0.004  # of half the diameter, by which leaving out a point may change a stroke
 _STRAIGHT = math.radians(50.0)  # a stroke goes on at a junction where it turns by less
@@ -65,15 +57,13 @@ class Reading:
     corners: np.ndarray
 
 
-def figure_of(
-    example: Example, name: str, nouns: Sequence[str], read: Callable[[Example], Reading] | None = None
-) -> Figure:
+def figure_of(example: Example, name: str, nouns: Sequence[str], read: Callable[[Example], Reading]) -> Figure:
     """Return the figure that an example shows.
 
     Args:
         example: what stands there.
         name, nouns: of the figure.
-        read: reads the strokes of what lies on the table; `None` for the stroke network.
+        read: reads the strokes of what lies on the table, such as `models.strokes.reading.read_strokes`.
 
     Raises:
         FigureError: for fewer than two objects, or objects that stand on each other out of one plane.
@@ -87,7 +77,7 @@ def figure_of(
         return Figure(name, tuple(nouns), pattern=tile, least=_LEAST_PATTERN)
     size = diameter(points)
     drawn = (points - points.mean(axis=0)) * (2.0 / size)
-    reading = (read or read_strokes)(example)
+    reading = read(example)
     strokes = [
         tuple((round(float(x), 3), round(float(y), 3)) for x, y in _drawn(drawn, chain, reading.corners))
         for chain in strokes_through(points, reading.joined)
@@ -100,35 +90,6 @@ def figure_of(
 
 
 # --- flat ones ------------------------------------------------------------------------------------
-
-
-@cache
-def _network() -> StrokeNetwork:
-    from structdiffusion.models.strokes.model import StrokeNetwork
-
-    return StrokeNetwork.from_pretrained(WEIGHTS)
-
-
-def read_strokes(example: Example) -> Reading:
-    """Return what the stroke network reads off the places and outlines of an example."""
-    import torch
-
-    from structdiffusion.models.strokes.model import pair_features
-
-    count = len(example.middles)
-    gaps = np.zeros((count, count))
-    for i, j in combinations(range(count), 2):
-        gaps[i, j] = gaps[j, i] = clear_gap(example.outlines[i], example.outlines[j])
-    pairs = torch.from_numpy(pair_features(example.middles, gaps))[None]
-    with torch.no_grad():
-        logits, corners = _network()(pairs, torch.ones(1, count, dtype=torch.bool))
-    joined = np.where(np.eye(count, dtype=bool), -np.inf, logits[0].numpy())
-    # A drawing joins no three objects in a ring, unless there are no others: the least likely pair goes.
-    for trio in combinations(range(count), 3) if count > 3 else ():
-        i, j = min(combinations(trio, 2), key=lambda pair: joined[pair])
-        if joined[i, j] > 0:
-            joined[i, j] = joined[j, i] = -np.inf
-    return Reading(joined > 0, corners[0].numpy() > 0)
 
 
 def strokes_through(points: np.ndarray, joined: np.ndarray) -> list[list[int]]:

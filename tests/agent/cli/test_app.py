@@ -425,7 +425,7 @@ def test_every_network_can_be_trained():
 
     commands = [command.name for command in train_app.registered_commands]
     assert (
-        commands == [*RECIPES, "parser", "llm", "goals", "verifier", "segmentation"]
+        commands == [*RECIPES, "strokes", "parser", "llm", "goals", "verifier", "segmentation"]
         and RECIPES.keys() == TITLES.keys() == _TASKS.keys()
     )
 

@@ -36,9 +36,10 @@ def test_a_scene_file_is_seen_from_the_robots_side(tmp_path):
 
 def test_what_stands_on_others_becomes_blocks():
     from structdiffusion.figures.example import figure_of
+    from structdiffusion.models.strokes.reading import read_strokes
 
     posts = [box(0.4, 0.1, 0.0), box(0.4, -0.1, 0.0)]
-    gate = figure_of(example_of_points([*posts, box(0.4, 0.0, 0.05, width=0.25)]), "gate", ("gate",))
+    gate = figure_of(example_of_points([*posts, box(0.4, 0.0, 0.05, width=0.25)]), "gate", ("gate",), read_strokes)
     assert [(block.level, block.width > 1) for block in gate.blocks] == [(0, False), (0, False), (1, True)]
     assert gate.legal[:3] == (3, 5, 7)
 

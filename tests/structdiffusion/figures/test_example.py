@@ -12,9 +12,10 @@ from grounding.figures.growth import supports_of
 from grounding.figures.names import figure_named
 from structdiffusion.figures.blocks import places_along
 from structdiffusion.figures.curves import chamfer, moved, sampled
-from structdiffusion.figures.example import Example, figure_of, read_strokes, strokes_through
+from structdiffusion.figures.example import Example, figure_of, strokes_through
 from structdiffusion.figures.matching import matched
 from structdiffusion.figures.strokes import places_of
+from structdiffusion.models.strokes.reading import read_strokes
 
 SQUARE = 0.02 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
@@ -61,15 +62,15 @@ def test_what_is_joined_is_what_the_drawing_joins(name, count):
 def test_an_example_shows_the_figure_with_another_number(name):
     figure = figure_named(name)
     count, other = (10, 20) if name == "star" else (figure.legal[3], figure.legal[3] + 4)
-    taught = figure_of(drawn(name, count), "taught", ("taught",))
+    taught = figure_of(drawn(name, count), "taught", ("taught",), read_strokes)
     assert other in taught.legal
     match = matched(places_of(figure, other), places_of(taught, other).points, 0.0)
     assert match.off < 0.08
 
 
 def test_a_stroke_is_a_curve_between_its_corners():
-    corner = figure_of(drawn("letter L", 6), "taught", ("taught",))
-    ring = figure_of(drawn("letter O", 9), "taught", ("taught",))
+    corner = figure_of(drawn("letter L", 6), "taught", ("taught",), read_strokes)
+    ring = figure_of(drawn("letter O", 9), "taught", ("taught",), read_strokes)
     (bent,), (round_one,) = corner.strokes, ring.strokes
     turns = [
         np.abs(np.diff(np.unwrap(np.arctan2(*np.diff(np.array(line), axis=0).T[::-1])))) for line in (bent, round_one)
@@ -78,7 +79,7 @@ def test_a_stroke_is_a_curve_between_its_corners():
 
 
 def test_a_chessboard_is_a_pattern_that_goes_on():
-    taught = figure_of(drawn("chessboard", 8), "board", ("board",))
+    taught = figure_of(drawn("chessboard", 8), "board", ("board",), read_strokes)
     assert taught.pattern and {5, 12, 13} <= set(taught.legal)
 
 
@@ -92,29 +93,29 @@ def test_a_chessboard_is_a_pattern_that_goes_on():
     ],
 )
 def test_blocks_that_stand_on_each_other_grow_as_the_figure_does(name, count, grows, others):
-    taught = figure_of(upright(name, count), "taught", ("taught",))
+    taught = figure_of(upright(name, count), "taught", ("taught",), read_strokes)
     assert taught.grows == grows
     for number in (count, *others):
         assert supports_of(taught.blocks_of(number)[0]) == supports_of(figure_named(name).blocks_of(number)[0])
 
 
 def test_the_lintel_bridges_and_the_posts_do_not():
-    taught = figure_of(upright("gate", 3), "taught", ("taught",))
+    taught = figure_of(upright("gate", 3), "taught", ("taught",), read_strokes)
     assert [block.width > 1 for block in taught.blocks] == [False, False, True]
 
 
 def test_what_cannot_be_taught_is_said():
     with pytest.raises(FigureError, match="two objects or more"):
-        figure_of(flat([(0.0, 0.0)]), "dot", ("dot",))
+        figure_of(flat([(0.0, 0.0)]), "dot", ("dot",), read_strokes)
     one = upright("gate", 3)
     apart = Example(one.outlines, one.middles + [(0, 0), (0, 0.3), (0, 0)], one.rests_on, one.bottoms)
     with pytest.raises(FigureError, match="only as one wall"):
-        figure_of(apart, "bent", ("bent",))
+        figure_of(apart, "bent", ("bent",), read_strokes)
 
 
 def test_an_outline_is_kept_in_its_own_shape():
     example = drawn("letter S", 9)
-    taught = figure_of(example, "taught", ("taught",))
+    taught = figure_of(example, "taught", ("taught",), read_strokes)
     one = sampled([np.array(stroke) for stroke in taught.strokes], 0.02)
     scale = 2.0 / np.linalg.norm(example.middles[:, None] - example.middles, axis=-1).max()
     assert chamfer(one, (example.middles - example.middles.mean(axis=0)) * scale) < 0.2
