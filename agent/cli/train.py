@@ -31,6 +31,14 @@ ThreadsOption = Annotated[
 ]
 
 
+RunFolderOption = Annotated[
+    Path, typer.Option(metavar="DIR", help="Folder for the checkpoint, the training state, log.csv, training.json.")
+]
+StepsOption = Annotated[int, typer.Option(metavar="N", min=1, help="Optimiser steps in total, earlier runs included.")]
+DeviceOption = Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Device to train on.")]
+RateOption = Annotated[float, typer.Option(metavar="X", min=0.0, help="Peak learning rate.")]
+
+
 class Precision(StrEnum):
     """The number format of a network's computations during training."""
 
@@ -52,14 +60,12 @@ def _train() -> None:
 def _train_network(
     ctx: typer.Context,
     data: Annotated[Path, typer.Option(metavar="DIR", help="Training data, written by `structagent generate`.")],
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for the checkpoint, the training state, log.csv, training.json.")
-    ],
+    out: RunFolderOption,
     steps: Annotated[
         int | None,
         typer.Option(metavar="N", min=1, help="Optimiser steps in total, earlier runs included; by default as above."),
     ] = None,
-    device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Device to train on.")] = "auto",
+    device: DeviceOption = "auto",
     devices: Annotated[
         int,
         typer.Option(
@@ -113,17 +119,11 @@ for _kind in RECIPES:
 
 @train_app.command("strokes")
 def train_strokes(
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for the checkpoint, the training state, log.csv, training.json.")
-    ],
-    steps: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Optimiser steps in total, earlier runs included.")
-    ] = STROKES.steps,
-    device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Device to train on.")] = "auto",
+    out: RunFolderOption,
+    steps: StepsOption = STROKES.steps,
+    device: DeviceOption = "auto",
     seed: SeedOption = 0,
-    learning_rate: Annotated[
-        float, typer.Option(metavar="X", min=0.0, help="Peak learning rate.")
-    ] = STROKES.learning_rate,
+    learning_rate: RateOption = STROKES.learning_rate,
     batch: Annotated[int, typer.Option(metavar="N", min=3, help="Arrangements per step.")] = STROKES.batch,
     start: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Checkpoint to start from; by default random weights.")
@@ -270,18 +270,14 @@ def train_segmentation(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for the network, the training state, the log and the views.")
     ],
-    steps: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Optimiser steps in total, earlier runs included.")
-    ] = SEGMENTATION.steps,
+    steps: StepsOption = SEGMENTATION.steps,
     batch: Annotated[int, typer.Option(metavar="N", min=2, help="Views per step.")] = SEGMENTATION.batch,
     views: Annotated[
         int, typer.Option(metavar="N", min=1, help="Views to draw; each is used several times with variations.")
     ] = SEGMENTATION_VIEWS,
     workers: Annotated[int, typer.Option(metavar="N", min=1, help="Processes that draw views.")] = 1,
-    device: Annotated[str, typer.Option(metavar="auto|cpu|cuda", help="Device to train on.")] = "auto",
-    learning_rate: Annotated[
-        float, typer.Option(metavar="X", min=0.0, help="Peak learning rate.")
-    ] = SEGMENTATION.learning_rate,
+    device: DeviceOption = "auto",
+    learning_rate: RateOption = SEGMENTATION.learning_rate,
     seed: SeedOption = 0,
     threads: ThreadsOption = 1,
     start: Annotated[

@@ -16,7 +16,7 @@ from structdiffusion.data.scene_sampling import SceneError, eligible, layout_ite
 from structdiffusion.figures.curves import diameter
 from structdiffusion.figures.example import Example, Reading, figure_of
 from structdiffusion.footprints import turned
-from structdiffusion.models.strokes.model import pair_features
+from structdiffusion.models.strokes.model import DISTANCE, NEIGHBOURS, TREE, pair_features
 from structdiffusion.models.strokes.reading import read_strokes
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.structures import structure_named
@@ -90,7 +90,7 @@ def read_by_distance(example: Example) -> Reading:
     """
     count = len(example.middles)
     features = pair_features(example.middles, np.zeros((count, count)))
-    steps, near, tree = features[..., 2], features[..., 7] > 0, features[..., 8] > 0
+    steps, near, tree = features[..., DISTANCE], features[..., NEIGHBOURS] > 0, features[..., TREE] > 0
     usual = float(np.median(steps[tree]))
     joined = (tree & (steps <= _BROKEN * usual)) | (near & (steps <= _LONGEST * usual))
     return Reading(joined, np.ones(count, bool))

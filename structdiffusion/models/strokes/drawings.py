@@ -51,8 +51,11 @@ def draw_example(rng: Rng) -> DrawnExample:
         drawing = Drawing([stroke.tolist() for stroke in _deformed(_strokes(rng), rng)])
         least = 0.0 if rng.random() < _ALL_CORNERS else float(rng.choice(drawing.choices()))
         places = drawing.plain(int(rng.integers(FEWEST, MOST + 1)), least)
-        if places is not None and (usual := _usual_step(places)):
-            return _arranged(places, usual, rng)
+        if places is None:
+            continue
+        joined = _joined(places)
+        if usual := _usual_step(places, joined):
+            return _arranged(places, joined, usual, rng)
 
 
 def _strokes(rng: Rng) -> list[np.ndarray]:
@@ -132,9 +135,8 @@ def _deformed(strokes: list[np.ndarray], rng: Rng) -> list[np.ndarray]:
     return [stroke @ map_of.T for stroke in strokes]
 
 
-def _usual_step(places: Places) -> float:
+def _usual_step(places: Places, joined: np.ndarray) -> float:
     """Return the median step along the strokes; 0 where steps differ too much, or strokes are too near to read."""
-    joined = _joined(places)
     if not joined.any():
         return 0.0
     distances = np.linalg.norm(places.points[:, None] - places.points, axis=-1)
@@ -152,7 +154,7 @@ def _joined(places: Places) -> np.ndarray:
     return joined
 
 
-def _arranged(places: Places, usual: float, rng: Rng) -> DrawnExample:
+def _arranged(places: Places, joined: np.ndarray, usual: float, rng: Rng) -> DrawnExample:
     """Put objects of some widths on the places, with even gaps along each stroke, and then a little off."""
     count = len(places.points)
     radii = usual * np.minimum(rng.uniform(*_RADII) * np.exp(rng.normal(0.0, _OTHER_RADII, count)), 0.48)
@@ -166,4 +168,4 @@ def _arranged(places: Places, usual: float, rng: Rng) -> DrawnExample:
         np.add.at(points, chain[1:], -moves)
     points += rng.normal(0.0, rng.choice(_OFF) * usual, points.shape)
     gaps = np.linalg.norm(points[:, None] - points, axis=-1) - radii[:, None] - radii
-    return DrawnExample(points, gaps, _joined(places), places.corners)
+    return DrawnExample(points, gaps, joined, places.corners)

@@ -10,9 +10,8 @@ from torch import Tensor
 from torch.nn.functional import binary_cross_entropy_with_logits
 
 from structdiffusion.models.strokes.drawings import draw_example
-from structdiffusion.models.strokes.model import FEATURES, NEAR, StrokeNetwork, pair_features
+from structdiffusion.models.strokes.model import DISTANCE, FEATURES, NEAR, StrokeNetwork, pair_features
 
-_DISTANCE = 2  # its place among the features
 _CORNER_WEIGHT = 0.3
 
 
@@ -56,7 +55,7 @@ def stroke_loss(model: StrokeNetwork, generator: torch.Generator, size: int = 48
     )
     joined, corner = model(pairs, there)
     both = there[:, :, None] & there[:, None] & ~torch.eye(there.shape[1], dtype=torch.bool, device=device)
-    near = both & (pairs[..., _DISTANCE] < NEAR)
+    near = both & (pairs[..., DISTANCE] < NEAR)
     loss = binary_cross_entropy_with_logits(joined[near], wanted[near])
     loss = loss + _CORNER_WEIGHT * binary_cross_entropy_with_logits(corner[there], corners[there])
     right = (((joined > 0) == (wanted > 0.5)) | ~both).flatten(1).all(dim=1)

@@ -16,6 +16,7 @@ from torch import Tensor, nn
 from structdiffusion.models.checkpoint import Checkpointed
 
 FEATURES = 11  # of a pair: see `pair_features`
+DISTANCE, NEIGHBOURS, TREE = 2, 7, 8  # places of some of them
 _FARTHEST, _LAST_RANK = 6.0, 6.0  # in usual steps, and among the neighbours: beyond them pairs differ no more
 _GAPS = (-1.0, 5.0)  # usual steps
 _EVEN = (0.03, 0.1)  # usual steps, by which gaps differ that count as alike: along a stroke they are even
