@@ -10,18 +10,25 @@ pytest.importorskip("mcp", reason="needs the extra mcp")
 
 from agent.arm.controller import ArmDriver
 from agent.arm.motion_planner import PlanningScene
+from agent.mcp.worker import Job
 from structdiffusion.simulation.world import TIME_STEP
 from tests.agent.mcp.conftest import Person, data, plan, refusal, serving
 
-LIMIT = 0.5  # s from the cancellation until the arm stands still
+LIMIT = 0.5  # s until the arm stands still: of the processor from the cancellation, of the arm from Job.stop
 STILL = 0.02  # rad/s
 
 
 @pytest.fixture
 def halted(monkeypatch, served):
-    """Notes, when the arm has halted, the processor's time, the arm's time and the fastest joint."""
-    notes, steps = [], []
-    halt, step = ArmDriver.halt, ArmDriver.step
+    """Notes, when the arm has halted, the processor's time, the arm's time since its job was told to stop, and the
+    fastest joint. The arm's time does not count from the cancellation: the simulated arm is faster than a real one, and
+    how many steps it takes while the message travels depends on the load of the machine."""
+    notes, steps, told = [], [], []
+    halt, step, stop = ArmDriver.halt, ArmDriver.step, Job.stop
+
+    def stopped(job):
+        told.append(len(steps))
+        stop(job)
 
     def counted(driver):
         step(driver)
@@ -32,8 +39,9 @@ def halted(monkeypatch, served):
         before = driver.arm.configuration()
         counted(driver)
         speed = abs(driver.arm.configuration() - before).max() / TIME_STEP
-        notes.append((time.process_time(), len(steps) * TIME_STEP, speed))
+        notes.append((time.process_time(), (len(steps) - told[0]) * TIME_STEP, speed))
 
+    monkeypatch.setattr(Job, "stop", stopped)
     monkeypatch.setattr(ArmDriver, "step", counted)
     monkeypatch.setattr(ArmDriver, "halt", noted)
     return notes, steps
@@ -65,7 +73,7 @@ def test_the_arm_halts_within_half_a_second(served, halted, how):
             assert await refusal(client, "look") == (
                 f"the table is busy: {plan_id} is being built; wait until that is done, or call stop"
             )
-            began += [time.process_time(), len(steps) * TIME_STEP]
+            began.append(time.process_time())
             if how == "cancel":
                 scope.cancel()
             else:
@@ -74,7 +82,7 @@ def test_the_arm_halts_within_half_a_second(served, halted, how):
         while not notes or served.worker.job is not None:
             await anyio.sleep(0.01)
         (cpu, arm_time, speed), *_ = notes
-        assert cpu - began[0] < LIMIT and arm_time - began[1] < LIMIT and speed < STILL
+        assert cpu - began[0] < LIMIT and arm_time < LIMIT and speed < STILL
         if how == "stop":
             assert results[0].structured_content["stopped"] and not results[0].structured_content["success"]
             assert results[0].structured_content["message"] == "interrupted"
