@@ -110,6 +110,17 @@ class Page:
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], button="left", clickCount=1)
 
+    def drag(self, start: tuple[float, float], end: tuple[float, float], shift: bool = False) -> None:
+        """Press the left button at a place of the page, px, move the pointer in steps, and let go."""
+        steps = [(start[0] + (end[0] - start[0]) * k / 8, start[1] + (end[1] - start[1]) * k / 8) for k in range(9)]
+        modifiers = 8 if shift else 0
+        kinds = ["mousePressed", *["mouseMoved"] * 8, "mouseReleased"]
+        for kind, (x, y) in zip(kinds, [start, *steps[1:], end], strict=True):
+            self.call(
+                "Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=int(kind != "mouseReleased"),
+                clickCount=1, modifiers=modifiers,
+            )  # fmt: skip
+
     def type(self, selector: str, text: str) -> None:
         """Type text into a field, and press Enter."""
         self.press(selector)

@@ -26,6 +26,7 @@ from grounding.viewpoint import VIEWPOINTS
 
 if TYPE_CHECKING:
     from agent.scenes.table_scene import TableScene
+    from grounding.figures.figure import Figure
 
 
 class CommandRunner:
@@ -144,6 +145,8 @@ class CommandRunner:
                 self._set_table(rest if known else str(self._access.path(name, rest)), talk.options.seed)
             case "/example":
                 self._example(rest)
+            case "/arrange":
+                self._show_example(talk.show_arrangement(rest, OwnFolder(self._session.parent, "chat")))
             case "/report":
                 from agent.reporting.replay import write_page  # the pages' modules are many, and few chats want one
 
@@ -213,10 +216,12 @@ class CommandRunner:
         exact = rest.endswith(" exact")
         path = self._access.path("/example", rest.removesuffix(" exact").strip())
         self._screen.busy("reading the example")
-        figure = self._conversation.show_example(path, exact, OwnFolder(self._session.parent, "chat"))
+        self._show_example(self._conversation.show_example(path, exact, OwnFolder(self._session.parent, "chat")))
+
+    def _show_example(self, figure: Figure) -> None:
         for line in picture(figure):
             self._screen.note(line)
-        how = ", to be copied exactly" if exact else ""
+        how = ", to be copied exactly" if figure.places else ""
         self._screen.note(
             f"“the example” is this, of {figure.legal_numbers()} objects{how}; say “the example with the cups”"
         )

@@ -16,6 +16,7 @@ from grounding.viewpoint import VIEWPOINTS
 MOST_NUMBER = 10**9
 _MOST_DIGITS = 25
 PARSERS = ("embedding", "llm")
+ARRANGEMENT = "NAME: X, Y, TURN; ..."
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,7 @@ COMMANDS = (
         "FILE [exact]",
         "set “the example” to what a file shows: a scene, a recording, a run, a chat, a figure",
     ),
+    Command("/arrange", ARRANGEMENT, "set “the example” to objects at these places (metres, degrees)"),
     Command("/report", "[FILE]", "write the conversation so far as an HTML page"),
     Command("/help", "", "list the commands"),
     Command("/quit", "", "end the chat, as Ctrl-D does"),

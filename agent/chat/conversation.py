@@ -16,7 +16,7 @@ from agent.chat.drawings import KnowingReader, with_pictures
 from agent.chat.knowledge import Knowledge
 from agent.chat.naming import named_indices, naming_of
 from agent.chat.state import Situation, objects_of
-from agent.chat.teaching import figure_at_hand, name_taught, with_structure_before
+from agent.chat.teaching import figure_at_hand, taught_name, with_structure_before
 from agent.errors import NotBuildable, UsageError
 from agent.event_base import json_value
 from agent.figures.picture import picture
@@ -28,6 +28,8 @@ from grounding.dialogue.acts import Act, acts_of, is_question
 from grounding.dialogue.answers import chosen_options
 from grounding.dialogue.state import Dialogue, Outcome
 from grounding.figures.drawings import drawings_among, without_drawings
+from grounding.figures.figure import Figure
+from grounding.figures.names import figure_named
 from grounding.goals.description import describe_part
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Part
@@ -220,11 +222,20 @@ class Conversation(BuildSession):
             UsageError: for a name that something else has, and where it is not clear which structure is meant.
             FigureError: for a structure that is no figure.
         """
-        if (name := name_taught(line)) is None:
+        if (taught := taught_name(line)) is None:
             return False
+        like = self.options.reading.like
+        if taught.of_example and not like:
+            raise UsageError("there is no example yet; /example and /arrange set one")
         scene = self.table.look()
         seen, arranged = (*scene.objects, *scene.distractors), not self.source.catalogue
-        figure, path = teach(name, lambda said: figure_at_hand(self.situation, seen, arranged, said))
+
+        def figure_meant(name: str) -> Figure:
+            if taught.of_example:
+                return replace(figure_named(like), name=name, nouns=(name,))
+            return figure_at_hand(self.situation, seen, arranged, name)
+
+        figure, path = teach(taught.name, figure_meant)
         said = with_article(figure.name)
         lines = [
             *picture(figure),

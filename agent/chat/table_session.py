@@ -18,7 +18,7 @@ from agent.pipeline.event_builders import perceived_event
 from agent.pipeline.resources import ResourceCache
 from agent.pipeline.run import RunOptions
 from grounding.dialogue.state import Dialogue, decline, forget
-from grounding.figures.names import figure_named
+from grounding.figures.names import LIKE, figure_named
 from grounding.goals.description import describe_part
 from grounding.parse_result import Question
 
@@ -286,9 +286,32 @@ class TableSession:
         """
         from agent.figures.examples import keep_example
 
+        self._check_examples()
+        return self._set_example(keep_example(path, exact, folder), path, exact)
+
+    def show_arrangement(self, text: str, folder: OwnFolder) -> Figure:
+        """Let "the example" be what an arrangement of the present objects shows; the present goal stays.
+
+        Args:
+            text: as `agent.chat.commands.ARRANGEMENT` says.
+            folder: of the chat, where its figure is kept.
+
+        Raises:
+            UsageError: for an arrangement that cannot be read, and with a language model.
+            FigureError: for one that shows no figure.
+        """
+        from agent.chat.arrangement import arranged_figure
+        from agent.figures.examples import keep_figure
+
+        self._check_examples()
+        like = keep_figure(arranged_figure(text, self.table.look()), folder)
+        return self._set_example(like, Path(like.removeprefix(LIKE)), exact=False)
+
+    def _check_examples(self) -> None:
         if self.options.reading.parser == "llm":
-            raise UsageError("/example works only without a language model; choose /parser embedding first")
-        like = keep_example(path, exact, folder)
+            raise UsageError("“the example” works only without a language model; choose /parser embedding first")
+
+    def _set_example(self, like: str, path: Path, exact: bool) -> Figure:
         reading = replace(self.options.reading, like=like, like_always=False)
         self.options = replace(self.options, reading=reading, example=path, exact=exact)
         return figure_named(like)

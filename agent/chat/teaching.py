@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,9 +25,10 @@ from structdiffusion.models.strokes.reading import read_strokes
 from structdiffusion.observation import ObjectCloud
 
 _IT = r"(?:this|that|it|these|the structure|the figure|what (?:stands|is) here)"
+_WHAT = rf"(?:{_IT}(?: structure| figure| one)?|(?P<{{}}>the example))"
 _CALLED = re.compile(
-    rf"(?:i |we |you can |(?:let's|let us) )?(?:(?:call|name) {_IT}(?: structure| figure| one)?(?: as)?"
-    rf"|(?:remember|keep|save|learn|store) {_IT}(?: structure| figure| one)? as"
+    rf"(?:i |we |you can |(?:let's|let us) )?(?:(?:call|name) {_WHAT.format('called')}(?: as)?"
+    rf"|(?:remember|keep|save|learn|store) {_WHAT.format('kept')} as"
     rf"|{_IT}(?:'s| is| are)(?: to be)? (?:called|named))"
     r" (?P<name>(?:an? |the )?[a-z0-9][\w -]*)"
 )
@@ -40,10 +41,23 @@ _BEFORE = re.compile(
 )
 
 
-def name_taught(line: str) -> str | None:
+@dataclass(frozen=True)
+class TaughtName:
+    """A name that a line gives to a structure.
+
+    Attributes:
+        name: as it was said.
+        of_example: whether "the example" gets it, and not what is proposed or stands.
+    """
+
+    name: str
+    of_example: bool
+
+
+def taught_name(line: str) -> TaughtName | None:
     """Return the name that a line gives to a structure; `None` for a line that says anything else."""
     found = None if is_question(line) else _CALLED.fullmatch(bare(line))
-    return None if found is None else found["name"]
+    return None if found is None else TaughtName(found["name"], bool(found["called"] or found["kept"]))
 
 
 def figure_at_hand(situation: Situation, seen: Sequence[ObjectCloud], arranged: bool, name: str) -> Figure:

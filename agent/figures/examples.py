@@ -82,7 +82,11 @@ def keep_example(path: Path, exact: bool, folder: OwnFolder) -> str:
     Raises:
         BadInput, FigureError: as `read_example`.
     """
-    figure = read_example(path, "example", exact=exact)
+    return keep_figure(read_example(path, "example", exact=exact), folder)
+
+
+def keep_figure(figure: Figure, folder: OwnFolder) -> str:
+    """Write a figure to the folder of a run or a chat; return its name in goals, "like FILE"."""
     return f"{LIKE}{folder.write(EXAMPLE, figure_text(figure).encode()).absolute()}"
 
 

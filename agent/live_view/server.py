@@ -32,7 +32,7 @@ _PAGES = {"/": "index.html"} | {
     f"/{name}": name
     for name in (
         "live_view.css", "chat.css", "live_view.js", "elements.js", "transcript.js", "candidates.js", "thumbnails.js",
-        "scene_3d.js", "eye.js", "shaders.js", "solids.js", "matrices.js",
+        "scene_3d.js", "arranging.js", "eye.js", "shaders.js", "solids.js", "matrices.js",
     )
 }  # fmt: skip
 _HEADERS = {

@@ -79,11 +79,14 @@ export class Eye {
   }
 }
 
-// Lets the mouse, fingers and keys on the canvas move the eye.
-export function listen(canvas, eye) {
+// Lets the mouse, fingers and keys on the canvas move the eye. `grab` is asked first: where it returns a function, the
+// pointer drags something else, and the function gets the events of its moves.
+export function listen(canvas, eye, grab) {
   const pressed = new Map();
+  let drag = null;
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
+    drag = pressed.size ? null : (grab(event) ?? null);
     pressed.set(event.pointerId, [event.clientX, event.clientY]);
   });
   for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => pressed.delete(event.pointerId));
@@ -93,7 +96,8 @@ export function listen(canvas, eye) {
     if (!before) return;
     const now = [event.clientX, event.clientY];
     const [x, y] = [now[0] - before[0], now[1] - before[1]];
-    if (pressed.size === 2) {
+    if (drag && pressed.size === 1) drag(event, x, y);
+    else if (pressed.size === 2) {
       const other = [...pressed].find(([pointer]) => pointer !== event.pointerId)[1];
       const apart = (place) => Math.hypot(place[0] - other[0], place[1] - other[1]) || 1;
       eye.approach(apart(before) / apart(now));

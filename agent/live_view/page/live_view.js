@@ -1,4 +1,5 @@
 // Connects the page: shows what the agent tells, and sends what the driver types. Nothing is decided here.
+import { Arranging } from "./arranging.js";
 import { Candidates } from "./candidates.js";
 import { at, button, toggle } from "./elements.js";
 import { Scene3D } from "./scene_3d.js";
@@ -16,6 +17,7 @@ try {
 }
 const transcript = new Transcript(at("log"));
 const candidates = new Candidates(scene, (rank) => say(`/choose ${rank}`));
+const arranging = new Arranging(scene, say, () => candidates.show(candidates.rank));
 // What the agent has told, as far as controls follow from it.
 const NOTHING = { prompt: null, choosing: false, stopping: false, listening: false, busy: "", stage: "", placed: 0, motions: 0, outcome: "" };
 const state = { role: "", start: "", socket: null, retry: FIRST_RETRY, ...NOTHING };
@@ -68,6 +70,7 @@ const told = {
     refresh();
   },
   scene(message) {
+    arranging.leave();
     scene?.setScene(message);
     candidates.setScene(message);
   },
@@ -107,6 +110,7 @@ function refresh() {
   at("stage-text").textContent = state.stopping ? "stopping" : stage;
   at("stage-text").className = state.outcome;
   candidates.allow(drives && state.choosing, building);
+  arranging.allow(drives && asked);
 }
 
 // --- what the driver does --------------------------------------------------------------------
@@ -174,5 +178,5 @@ function connect(again) {
   });
 }
 
-window.structagent = { state, scene, candidates };
+window.structagent = { state, scene, candidates, arranging };
 connect(false);

@@ -3,7 +3,7 @@
 import { ANGLE, Eye, listen } from "./eye.js";
 import { AT_REST, IDENTITY, between, fromPose, fromRows, multiply, normalized, shadowOn, transformed } from "./matrices.js";
 import { MESHES, POINTS, program } from "./shaders.js";
-import { bytes, floats, solidBox, solidCylinder, topOf } from "./solids.js";
+import { bytes, floats, middleOf, solidBox, solidCylinder, topOf } from "./solids.js";
 
 const LIGHT = normalized([-0.35, 0.45, 1]);
 const POINT = 0.0042, GHOST_POINT = 0.0034;
@@ -37,7 +37,7 @@ export class Scene3D {
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => this._restore());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
-    listen(canvas, this.eye);
+    listen(canvas, this.eye, (event) => this.grab?.(event));
   }
 
   _start() {
@@ -83,13 +83,14 @@ export class Scene3D {
     for (const one of message.objects) {
       const points = floats(one.points);
       const colors = one.colors ? bytes(one.colors) : null;
+      const middle = middleOf(points);
       const label = document.createElement("span");
       label.textContent = one.name;
       label.classList.toggle("quiet", !one.takes_part);
       this.labels.append(label);
       this.objects.set(one.name, {
         cloud: this._uploadCloud(points, colors), color: one.color.map((value) => value / 255), own: colors !== null,
-        top: topOf(points), label, moving: moving(AT_REST), takesPart: one.takes_part,
+        middle, top: [middle[0], middle[1], topOf(points)], label, moving: moving(AT_REST), takesPart: one.takes_part,
       });
     }
     this.redraw();
@@ -131,6 +132,19 @@ export class Scene3D {
   setGhosts(names, motions, place) {
     this.ghosts = names.map((name, index) => ({ name, model: fromRows(motions, 12 * (place * names.length + index)) }));
     this.redraw();
+  }
+
+  // Shows one object elsewhere as a ghost, beside the other ghosts.
+  setGhost(name, model) {
+    this.ghosts = [...this.ghosts.filter((ghost) => ghost.name !== name), { name, model }];
+    this.redraw();
+  }
+
+  // Where a place in the world is on the canvas, px; `null` for one behind the eye.
+  seenAt([x, y, z]) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const [across, up, , w] = transformed(this.project, [x, y, z]);
+    return w > 0 ? [(0.5 + (0.5 * across) / w) * width, (0.5 - (0.5 * up) / w) * height] : null;
   }
 
   clearGhosts() {
@@ -305,14 +319,13 @@ export class Scene3D {
   }
 
   _placeLabels() {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
     for (const object of this.objects.values()) {
       const world = transformed(fromPose(object.moving.now), object.top);
-      const [x, y, , w] = transformed(this.project, [world[0], world[1], world[2] + 0.02]);
-      const shown = w > 0 && world[2] > -0.3;
+      const place = this.seenAt([world[0], world[1], world[2] + 0.02]);
+      const shown = place !== null && world[2] > -0.3;
       object.label.hidden = !shown;
       if (shown) {
-        const left = (0.5 + (0.5 * x) / w) * width, top = (0.5 - (0.5 * y) / w) * height;
+        const [left, top] = place;
         object.label.style.transform = `translate(calc(${left.toFixed(1)}px - 50%), calc(${top.toFixed(1)}px - 100%))`;
       }
     }

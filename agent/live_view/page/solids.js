@@ -9,15 +9,16 @@ export function floats(text) {
   return new Float32Array(bytes(text).buffer);
 }
 
-// The middle of a cloud, at the height of its top.
+// The middle of a cloud.
+export function middleOf(points) {
+  const sum = [0, 0, 0];
+  points.forEach((value, place) => (sum[place % 3] += value));
+  return sum.map((value) => (3 * value) / points.length);
+}
+
+// The height of a cloud's highest point.
 export function topOf(points) {
-  let x = 0, y = 0, z = -Infinity;
-  for (let place = 0; place < points.length; place += 3) {
-    x += points[place];
-    y += points[place + 1];
-    z = Math.max(z, points[place + 2]);
-  }
-  return [(3 * x) / points.length, (3 * y) / points.length, z];
+  return points.reduce((top, value, place) => (place % 3 === 2 ? Math.max(top, value) : top), -Infinity);
 }
 
 export function solidBox([width, depth, height]) {

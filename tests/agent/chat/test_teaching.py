@@ -3,7 +3,7 @@
 import pytest
 
 from agent import events
-from agent.chat.teaching import name_taught, with_structure_before
+from agent.chat.teaching import taught_name, with_structure_before
 from agent.errors import UsageError
 from agent.figures.taught import taught_names
 from agent.runtime.output_ownership import OwnFolder
@@ -22,7 +22,7 @@ from grounding.goals.parts import StructurePart
     ("put the cups in a roof", None),
 ])  # fmt: skip
 def test_names(line, name):
-    assert name_taught(line) == name
+    assert (taught.name if (taught := taught_name(line)) else None) == name
 
 
 def test_the_structure_before_stands_in_its_own_noun():

@@ -129,6 +129,50 @@ def test_candidates_are_stepped_through_and_chosen(opened, view, lines):
     wait_for_lines(page, lines, ["/choose 3", "yes"])
 
 
+def places(page) -> dict[str, list[float]]:
+    """Where objects are arranged: x, y, and the turn in degrees."""
+    line = page.value("structagent.arranging.line()").removeprefix("/arrange ")
+    named = [one.rpartition(": ") for one in line.split("; ")]
+    return {name: [float(number) for number in numbers.split(", ")] for name, _, numbers in named}
+
+
+def test_objects_are_dragged_and_become_the_example(opened, server, view, table, lines):
+    page = opened()
+    drawn(page)
+    page.press("#arrange")
+    clouds = {cloud.name: cloud.points.mean(axis=0) for cloud in table.look().objects}
+    (first, second), before = clouds, places(page)
+    for name in clouds:  # the ghosts of the proposal are taken over
+        assert np.allclose(before[name][:2], clouds[name][:2] + (-0.15, 0.1), atol=2e-3) and before[name][2] == 0
+
+    def seen(name: str, x: float, y: float) -> tuple[float, float]:
+        place = [x, y, float(clouds[name][2])]
+        across, down = page.value(f"structagent.scene.seenAt({place})")
+        left, top = page.value("(r => [r.left, r.top])(structagent.scene.canvas.getBoundingClientRect())")
+        return left + across, top + down
+
+    page.drag(seen(first, *before[first][:2]), seen(first, 0.5, -0.2))
+    page.drag(seen(second, *before[second][:2]), tuple(np.add(seen(second, *before[second][:2]), (45, 0))), shift=True)
+    after = places(page)
+    assert np.allclose(after[first], (0.5, -0.2, 0), atol=5e-3)
+    assert np.allclose(after[second], (*before[second][:2], 45), atol=1e-3)
+    page.drag(seen(first, *after[first][:2]), seen(first, 5.0, -0.2))
+    assert places(page)[first][0] == pytest.approx(0.72), "what is dragged stays on the table"
+    drawn(page, "arranging")
+    azimuth = page.value("structagent.scene.eye.azimuth")
+    page.drag((200.0, 560.0), (260.0, 560.0))
+    assert page.value("structagent.scene.eye.azimuth") != azimuth, "beside the objects the view turns"
+    line = page.value("structagent.arranging.line()")
+    page.press("#like-this")
+    wait_for_lines(page, lines, [line])
+    assert page.value("document.getElementById('like-this').hidden")
+    assert page.value("structagent.scene.ghosts.length") == 2, "the proposal is shown again"
+    page.press("#arrange")
+    server.publish("asking", {"prompt": "", "choices": [], "choosing": False, "stopping": False})
+    page.wait("document.getElementById('arrange').hidden && document.getElementById('like-this').hidden")
+    assert page.errors == []
+
+
 def test_objects_and_the_arm_move(opened, view, table):
     page = opened()
     before = drawn(page)
