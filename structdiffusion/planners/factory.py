@@ -60,7 +60,7 @@ def load_planner(name: str, weights: Path | None = None) -> Planner:
     if missing:
         raise CheckpointError(
             f"{folder} lacks {', '.join(missing)}, which model {name!r} needs: `structagent train {missing[0]} "
-            f"--data SCENES --out {folder / missing[0]}` makes it"
+            f"--data SCENES --out {folder / missing[0]}` makes it{'' if weights else '; a clone of the project has it'}"
         )
     if parts.network == "structformer":
         shapes = [shape for shape in SHAPES if (folder / structformer_name(shape)).is_dir()]

@@ -32,6 +32,16 @@ def test_every_data_file_matches_a_pattern(project):
     assert not left_out
 
 
+def test_the_weights_of_baselines_stay_in_the_clone(project):
+    from setuptools import find_namespace_packages
+
+    found = project["tool"]["setuptools"]["packages"]["find"]
+    packages = find_namespace_packages(str(ROOT), exclude=found["exclude"], include=found["include"])
+    shipped = {path.name for path in (ROOT / "structdiffusion/weights").iterdir()}
+    left_out = {name for name in shipped if f"structdiffusion.weights.{name}" not in packages}
+    assert left_out == {"cvae", *(name for name in shipped if name.startswith("structformer_"))}
+
+
 def test_every_imported_package_is_a_dependency(project):
     import ast
     from importlib.metadata import packages_distributions
