@@ -17,8 +17,9 @@ NEVER = (
     "brick wall", "sad face", "letter N", "letter M", "letter W", "letter Z", "lightning bolt", "check mark", "digit 7",
 )  # fmt: skip
 FAMILIES = tuple(name for name in shipped_names() if name not in NEVER and figure_named(name).strokes)
-FEWEST, MOST = 4, 18  # objects
+FEWEST, MOST = 3, 18  # objects
 _OF_LIBRARY = 0.6  # share of the drawings
+_WITH_DOTS, _MOST_DOTS = 0.3, 3  # share of the drawings that get dots beside their strokes
 _ALL_CORNERS = 0.7  # share of the arrangements that have an object at every corner
 # Left out, because nobody could read them: longer and shorter steps, and strokes that are nearer. In usual steps.
 _LONGEST, _SHORTEST, _NEAREST = 2.4, 0.4, 0.4
@@ -59,9 +60,20 @@ def draw_example(rng: Rng) -> DrawnExample:
 
 
 def _strokes(rng: Rng) -> list[np.ndarray]:
-    """Draw a figure of the library, or one to four strokes of which most begin on another."""
+    """Draw a figure of the library or some strokes; some get dots beside them."""
     if rng.random() < _OF_LIBRARY:
-        return [np.array(stroke, float) for stroke in figure_named(str(rng.choice(FAMILIES))).strokes]
+        strokes = [np.array(stroke, float) for stroke in figure_named(str(rng.choice(FAMILIES))).strokes]
+    else:
+        strokes = _some_strokes(rng)
+    if rng.random() < _WITH_DOTS:
+        points = np.concatenate(strokes)
+        count = int(rng.integers(1, _MOST_DOTS + 1))
+        strokes += list(rng.uniform(points.min(axis=0), points.max(axis=0), (count, 1, 2)))
+    return strokes
+
+
+def _some_strokes(rng: Rng) -> list[np.ndarray]:
+    """Draw one to four strokes, of which most begin on another."""
     strokes: list[np.ndarray] = []
     for _ in range(int(rng.choice([1, 1, 2, 2, 3, 4]))):
         start = rng.uniform(-1.0, 1.0, 2)
@@ -104,10 +116,6 @@ def _polygon(heading: float, rng: Rng) -> np.ndarray:
     return _round(heading, 2 * math.pi, int(rng.integers(3, 7)), rng)
 
 
-def _dot(heading: float, rng: Rng) -> np.ndarray:
-    return np.zeros((1, 2))
-
-
 def _along(headings: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     steps = lengths[:, None] * np.column_stack((np.cos(headings), np.sin(headings)))
     return np.vstack((np.zeros(2), np.cumsum(steps, axis=0)))
@@ -122,8 +130,8 @@ def _round(heading: float, span: float, pieces: int, rng: Rng) -> np.ndarray:
     return found - found[0]
 
 
-_KINDS: tuple[Callable[[float, Rng], np.ndarray], ...] = (_straight, _bent, _curved, _arc, _closed, _polygon, _dot)
-_SHARES = (0.21, 0.24, 0.17, 0.12, 0.10, 0.07, 0.09)
+_KINDS: tuple[Callable[[float, Rng], np.ndarray], ...] = (_straight, _bent, _curved, _arc, _closed, _polygon)
+_SHARES = (0.24, 0.26, 0.18, 0.13, 0.11, 0.08)
 
 
 def _deformed(strokes: list[np.ndarray], rng: Rng) -> list[np.ndarray]:

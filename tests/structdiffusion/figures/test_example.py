@@ -58,6 +58,13 @@ def test_what_is_joined_is_what_the_drawing_joins(name, count):
     assert {i for stroke in strokes for i in stroke} == set(range(count))
 
 
+def test_dots_beside_a_stroke_are_no_stroke():
+    angles = np.arange(12) * np.pi / 6
+    ring = 0.134 * np.column_stack((np.cos(angles), np.sin(angles)))
+    joined = read_strokes(flat(np.vstack((ring, [(-0.05, 0.02), (0.05, 0.02)])))).joined
+    assert (joined.sum(axis=1) == [2] * 12 + [0] * 2).all()
+
+
 @pytest.mark.parametrize("name", UNTRAINED)
 def test_an_example_shows_the_figure_with_another_number(name):
     figure = figure_named(name)

@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from structdiffusion.models.strokes.drawings import FAMILIES, NEVER, draw_example
+from structdiffusion.models.strokes.drawings import FAMILIES, FEWEST, MOST, NEVER, draw_example
 from structdiffusion.models.strokes.loss import draw_batch, stroke_loss
 from structdiffusion.models.strokes.model import FEATURES, StrokeConfig, StrokeNetwork, pair_features
 
@@ -54,7 +54,7 @@ def test_examples_show_strokes_at_even_gaps():
     rng = np.random.default_rng(1)
     for _ in range(20):
         one = draw_example(rng)
-        assert 4 <= len(one.points) <= 18 and one.joined.any() and (one.joined == one.joined.T).all()
+        assert FEWEST <= len(one.points) <= MOST and one.joined.any() and (one.joined == one.joined.T).all()
         assert not one.joined.diagonal().any()
         ends = one.joined.sum(axis=1) == 1
         assert one.corners[ends].all()  # an end is kept
