@@ -12,7 +12,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib import resources
 
 from grounding.parse_result import REFUSALS
@@ -113,19 +113,20 @@ def _pieces(text: str, where: str) -> tuple[str | Hole, ...]:
     return tuple(piece for piece in pieces if piece)
 
 
-@lru_cache(maxsize=1)
 def all_frames() -> Mapping[str, tuple[Frame, ...]]:
     """Read all frames: file -> frames."""
-    folder = resources.files("grounding") / "language"
-    frames = {}
-    for name in FRAME_FILES:
-        lines = (folder / f"{name}.txt").read_text(encoding="utf-8").splitlines()
-        frames[name] = tuple(
-            read_frame(line, f"{name}.txt, line {number}")
-            for number, line in enumerate(lines, start=1)
-            if line.strip() and not line.startswith("#")
-        )
-    return frames
+    return {name: frames_of(name) for name in FRAME_FILES}
+
+
+@cache
+def frames_of(name: str) -> tuple[Frame, ...]:
+    """Read the frames of one of `FRAME_FILES`."""
+    lines = (resources.files("grounding") / "language" / f"{name}.txt").read_text(encoding="utf-8").splitlines()
+    return tuple(
+        read_frame(line, f"{name}.txt, line {number}")
+        for number, line in enumerate(lines, start=1)
+        if line.strip() and not line.startswith("#")
+    )
 
 
 @lru_cache(maxsize=1)

@@ -15,7 +15,7 @@ from functools import lru_cache
 from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
-from grounding.corpus.templates import SLOTS_OF_HOLE, all_frames, all_phrases
+from grounding.corpus.templates import FRAME_FILES, SLOTS_OF_HOLE, all_phrases, frames_of
 from grounding.structure_words import STRUCTURES
 
 _WORD = re.compile(r"[^\W\d_]+(?:['’][^\W\d_]+)*|\d+[^\W\d_]*|[@&+]")
@@ -210,8 +210,8 @@ def _unlikely(slip: str, word: str) -> float:
 def usual_words() -> Counter[str]:
     """Return the words of the training language and their frequency; those of the slots count more."""
     counts: Counter[str] = Counter()
-    for name, frames in all_frames().items():
-        for frame in frames if name != "frames_spoken" else ():  # those are spelt as people spell
+    for name in FRAME_FILES:
+        for frame in frames_of(name) if name != "frames_spoken" else ():  # those are spelt as people spell
             counts.update(word for piece in frame.pieces if isinstance(piece, str) for word in _words(piece))
     for table, values in all_phrases().items():
         weight = 5 if table in SLOTS_OF_HOLE else 1

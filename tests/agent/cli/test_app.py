@@ -532,7 +532,7 @@ def test_a_machine_that_lacks_something_is_one_sentence(error, sentence, monkeyp
     def fails(**_):
         raise error
 
-    monkeypatch.setattr(cli, "app", fails)
+    monkeypatch.setattr(cli, "_app_for", lambda arguments: fails)
     assert cli.command_line(["parse", "make a line"]) == 6
     told = capsys.readouterr().err
     assert told.startswith(f"structagent: {sentence}") and told.count("\n") == 1
@@ -542,6 +542,6 @@ def test_a_module_of_our_own_that_is_missing_is_a_defect(monkeypatch):
     def fails(**_):
         raise ModuleNotFoundError("No module named 'agent.x'", name="agent.x")
 
-    monkeypatch.setattr(cli, "app", fails)
+    monkeypatch.setattr(cli, "_app_for", lambda arguments: fails)
     with pytest.raises(ModuleNotFoundError):
         cli.command_line(["parse", "make a line"])
