@@ -175,14 +175,14 @@ def record(
     if truth is not None:
         _check_new_file(truth, "--truth", (".yaml", ".yml"), force)
     import_pybullet_silently()
-    from agent.pipeline.staging import Staging, staged
+    from agent.pipeline.table_to_record import TableToRecord, recordable_table
     from agent.recordings.inspection import inspect_bag
     from agent.scenes.files import write_scene
     from agent.scenes.record_bag import record_session
     from agent.scenes.table_scene import drawing_and_noise
 
     with results_stream() as results:
-        with staged(Staging(scene, objects, instruction, arm.value, seed)) as found:
+        with recordable_table(TableToRecord(scene, objects, instruction, arm.value, seed)) as found:
             record_session(found.table, out, drawing_and_noise(seed)[1], seconds, rate, force)
             if truth is not None:
                 write_scene(found.truth(truth.parent), truth, f"what {out.name} shows")

@@ -16,9 +16,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from agent.perception.color_seams import shadeless
+from agent.perception.color_division import shadeless
+from agent.perception.hollow_objects import hollow_objects_joined, hollowness
 from agent.perception.splitting import split
-from agent.perception.vessels import hollowness, vessels_closed
 
 _STEP_OF_COLOR = 7.0  # between neighbouring voxels of one colour, without shade
 _APART = 18.0  # between the medians of two colours, without shade
@@ -223,7 +223,7 @@ def _is_hollow(region: _Region) -> bool:
 def _are_one_vessel(one: _Region, other: _Region) -> bool:
     half = np.repeat((0, 1), (len(one.positions), len(other.positions)))
     both = (np.vstack((getattr(one, name), getattr(other, name))) for name in ("positions", "normals"))
-    return len(np.unique(vessels_closed(half, *both))) == 1
+    return len(np.unique(hollow_objects_joined(half, *both))) == 1
 
 
 def _lies_on(upper: _Region, lower: _Region) -> bool:

@@ -7,7 +7,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from agent.perception.color import differ
-from agent.perception.vessels import hollowness, vessels_closed
+from agent.perception.hollow_objects import hollow_objects_joined, hollowness
 
 _WITHIN = 0.5  # of the smaller part's outline, seen from above, lies in the other's: apart, they would intersect
 _RIM = 0.04  # m between the inside and the outside: a wall, and what the camera loses of it
@@ -32,7 +32,7 @@ def joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, lab: np
         normals: (V, 3) unit, toward the camera.
         lab: (V, 3) colours in CIELAB, or `None`.
     """
-    part = vessels_closed(part, positions, normals)
+    part = hollow_objects_joined(part, positions, normals)
     part = _floaters_joined(part, positions, lab)
     outlines = {k: _outline(positions[part == k]) for k in np.unique(part[part >= 0])}
     while pair := _intersecting(outlines, part, positions, normals, lab):
@@ -40,7 +40,7 @@ def joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray, lab: np
         part[part == small] = large
         outlines[large] = _outline(positions[part == large])
         del outlines[small]
-    return vessels_closed(part, positions, normals)  # their walls are whole now
+    return hollow_objects_joined(part, positions, normals)  # their walls are whole now
 
 
 def _own_object(

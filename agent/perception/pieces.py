@@ -14,7 +14,7 @@ import shapely
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from agent.perception.color_seams import shadeless
+from agent.perception.color_division import shadeless
 from agent.perception.convexity import convex_pieces
 from agent.perception.masks import VoxelMasks
 

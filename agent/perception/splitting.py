@@ -12,10 +12,10 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from agent.perception.color import differ
-from agent.perception.color_seams import divided_by_color
+from agent.perception.color_division import divided_by_color
 from agent.perception.convexity import convex_pieces
-from agent.perception.seams import seams_closed
-from agent.perception.vessels import hollowness, vessels_closed
+from agent.perception.gap_closing import gaps_closed
+from agent.perception.hollow_objects import hollow_objects_joined, hollowness
 
 _HOLLOW = -0.3  # the normals of a solid seen from outside diverge (1 for a ball), those of an inside meet (-1)
 LEAST = 80  # voxels of each object
@@ -67,9 +67,9 @@ def split(
             continue
         shades = None if lab is None else lab[own]
         pieces = convex_pieces(positions[own], normals[own], _ACROSS_VALLEY * reach, shades)
-        pieces = vessels_closed(pieces, positions[own], normals[own])
+        pieces = hollow_objects_joined(pieces, positions[own], normals[own])
         pieces = _objects_among(pieces, positions[own], normals[own], shades, eye, reach)
-        pieces = seams_closed(pieces, positions[own], normals[own], shades, reach)
+        pieces = gaps_closed(pieces, positions[own], normals[own], shades, reach)
         for piece in range(1, pieces.max() + 1):
             part[own[pieces == piece]] = part.max() + 1
         for piece in range(pieces.max() + 1):

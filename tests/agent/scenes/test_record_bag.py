@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from agent.arm.arm_model import ARM_MODELS
 from agent.arm.visual_shapes import link_poses
-from agent.pipeline.staging import Staging, staged
+from agent.pipeline.table_to_record import TableToRecord, recordable_table
 from agent.recordings import example_path
 from agent.recordings.load import read_recording
 from agent.scenes.files import write_scene
@@ -55,7 +55,7 @@ def chain(said: dict[str, list[tuple[float, object]]], frame: str) -> np.ndarray
 
 @pytest.fixture(scope="module")
 def table() -> Iterator[TableScene]:
-    with staged(Staging(str(SCENE))) as found:
+    with recordable_table(TableToRecord(str(SCENE))) as found:
         yield found.table
 
 
@@ -178,7 +178,7 @@ def test_equal_seeds_give_equal_bags(table, tmp_path):
 
 @pytest.mark.parametrize("arm", ARM_MODELS)
 def test_any_jaco_can_stand_there(tmp_path, arm):
-    with staged(Staging(str(SCENE), arm=arm)) as found:
+    with recordable_table(TableToRecord(str(SCENE), arm=arm)) as found:
         record_session(found.table, tmp_path / "out.bag", np.random.default_rng(0), seconds=0.1)
         base_from_tool = np.linalg.inv(found.table.arm.kinematics.world_from_base) @ found.table.arm.world_from_ee()
     assert read_recording(tmp_path / "out.bag").arm.model == arm
@@ -186,7 +186,7 @@ def test_any_jaco_can_stand_there(tmp_path, arm):
 
 
 def test_the_truth_is_the_table_that_was_recorded(tmp_path):
-    with staged(Staging(seed=4)) as found:
+    with recordable_table(TableToRecord(seed=4)) as found:
         write_scene(found.truth(tmp_path), tmp_path / "truth.yaml")
         poses = found.table.poses()
     standing = load_scene(tmp_path / "truth.yaml")

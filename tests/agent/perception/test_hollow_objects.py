@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from agent.perception.vessels import vessels_closed
+from agent.perception.hollow_objects import hollow_objects_joined
 
 
 def wall(radius, low, high, side, outward):
@@ -16,7 +16,7 @@ def wall(radius, low, high, side, outward):
 
 def joined(*pieces):
     part = np.concatenate([np.full(len(positions), number) for number, (positions, _) in enumerate(pieces)])
-    found = vessels_closed(part, *(np.concatenate(each) for each in zip(*pieces, strict=True)))
+    found = hollow_objects_joined(part, *(np.concatenate(each) for each in zip(*pieces, strict=True)))
     return [int(np.bincount(found[part == number]).argmax()) for number in range(len(pieces))]
 
 

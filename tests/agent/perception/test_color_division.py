@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from agent.perception.color_seams import divided_by_color
+from agent.perception.color_division import divided_by_color
 
 EYE = np.array([-0.8, 0.0, 0.7])
 RED, BLUE = (45.0, 60.0, 40.0), (40.0, 10.0, -50.0)

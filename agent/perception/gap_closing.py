@@ -1,4 +1,4 @@
-"""Close seams that noise put into a surface: from farther away on both sides, no valley and no step is there."""
+"""Close gaps that noise put into a surface: from farther away on both sides, no valley and no step is there."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from scipy.spatial import cKDTree
 
 from agent.perception.color import differ
 
-_NEAREST, _FARTHEST = 0.012, 0.025  # m between the two voxels, one on each side, that are compared across a seam
+_NEAREST, _FARTHEST = 0.012, 0.025  # m between the two voxels, one on each side, that are compared across a gap
 _LEAST = 40  # such pairs
-_VALLEY, _VALLEY_IN_COLOR = -0.46, -0.32  # lean of the surfaces at a quarter of a seam; less where colours differ
+_VALLEY, _VALLEY_IN_COLOR = -0.46, -0.32  # lean of the surfaces at a quarter of a gap; less where colours differ
 _STEP = 0.3  # sine from which on, in the median, one surface lies before the other
 
 
-def seams_closed(
+def gaps_closed(
     pieces: np.ndarray, positions: np.ndarray, normals: np.ndarray, lab: np.ndarray | None, reach: float
 ) -> np.ndarray:
     """Join neighbouring pieces whose surfaces continue without a valley or a step; return them numbered from 0.
@@ -26,9 +26,9 @@ def seams_closed(
         reach: metres within which voxels are neighbours.
     """
     near = pieces[cKDTree(positions).query_pairs(reach, output_type="ndarray")]
-    seams = np.unique(np.sort(near[near[:, 0] != near[:, 1]], axis=1), axis=0)
+    gaps = np.unique(np.sort(near[near[:, 0] != near[:, 1]], axis=1), axis=0)
     root = np.arange(int(pieces.max()) + 1)
-    for one, other in seams:
+    for one, other in gaps:
         first, second = np.flatnonzero(pieces == one), np.flatnonzero(pieces == other)
         valley = _VALLEY_IN_COLOR if differ(lab, first, second) else _VALLEY
         if _continues(first, second, positions, normals, valley):

@@ -78,7 +78,7 @@ class _Part:
         return float(face.mean()), float(away.mean())
 
 
-def vessels_closed(part: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def hollow_objects_joined(part: np.ndarray, positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Join the parts that are one vessel.
 
     Args:

@@ -1,10 +1,10 @@
-"""A seam that noise put into a surface is closed; a valley between two objects is not, and no step."""
+"""A gap that noise put into a surface is closed; a valley between two objects is not, and no step."""
 
 import numpy as np
 import pytest
 
 from agent.perception.clustering import normals
-from agent.perception.seams import seams_closed
+from agent.perception.gap_closing import gaps_closed
 
 REACH = 0.01
 EYE = np.array([-1.0, 0.0, 0.8])
@@ -21,7 +21,7 @@ def pieces_left(first, second, colors=None):
     positions = np.vstack((first, second)) + np.random.default_rng(0).normal(0.0, 0.0008, (len(first) + len(second), 3))
     pieces = np.repeat([0, 1], [len(first), len(second)])
     lab = None if colors is None else np.array(colors, dtype=float)[pieces]
-    return seams_closed(pieces, positions, normals(positions, EYE), lab, REACH).max() + 1
+    return gaps_closed(pieces, positions, normals(positions, EYE), lab, REACH).max() + 1
 
 
 TOP = patch((0.0, 0.0, 0.1), (0.0, 0.08, 0.0), (0.08, 0.0, 0.0))
@@ -42,7 +42,7 @@ def test_a_surface_that_lies_before_another_is_another_piece():
     positions = np.vstack((TOP, BESIDE + np.array((0.0, 0.0, -0.009))))
     pieces = np.repeat([0, 1], [len(TOP), len(BESIDE)])
     up = np.tile((0.0, 0.0, 1.0), (len(positions), 1))
-    assert seams_closed(pieces, positions, up, None, REACH).max() == 1
+    assert gaps_closed(pieces, positions, up, None, REACH).max() == 1
 
 
 def test_a_print_on_a_flat_top_divides_nothing():

@@ -1,4 +1,4 @@
-"""Stage simulated scenes for recording as a run would, before any motion of the arm."""
+"""Set out simulated tables for recording as a run would, before any motion of the arm."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from agent.scenes.workcell import Workcell
 
 
 @dataclass(frozen=True)
-class Staging:
+class TableToRecord:
     """The options of a scene that is to be recorded.
 
     Attributes:
@@ -40,7 +40,7 @@ class Staging:
 
 
 @dataclass(frozen=True)
-class Staged:
+class RecordableTable:
     """A table that can be recorded.
 
     Attributes:
@@ -57,7 +57,7 @@ class Staged:
 
 
 @contextmanager
-def staged(staging: Staging) -> Iterator[Staged]:
+def recordable_table(wanted: TableToRecord) -> Iterator[RecordableTable]:
     """Set out the scene on its table, whose physics ends with the `with` block.
 
     Raises:
@@ -65,27 +65,27 @@ def staged(staging: Staging) -> Iterator[Staged]:
         SceneError: if the goal cannot be made with these objects.
         UsageError, BadInput, ObjectError: for a scene, arm or objects that there are not.
     """
-    model, cache = arm_model(staging.arm), ResourceCache()
-    if staging.instruction is None:
-        source = cache.source(staging.scene, staging.objects)
-        drawn = source.set_out(staging.seed)
+    model, cache = arm_model(wanted.arm), ResourceCache()
+    if wanted.instruction is None:
+        source = cache.source(wanted.scene, wanted.objects)
+        drawn = source.set_out(wanted.seed)
     else:
-        source = cache.source(staging.scene, staging.objects)
+        source = cache.source(wanted.scene, wanted.objects)
         there = None if source.catalogue else source.referents
-        goal = cache.interpreter(ReadingOptions()).interpret(staging.instruction, there)
+        goal = cache.interpreter(ReadingOptions()).interpret(wanted.instruction, there)
         if source.catalogue:
             goal = goal.among(source.referents, True)  # says what is missing before anything is drawn
         if goal.status != "ok":
             raise NotBuildable(goal.message)
-        drawn = source.open(goal, staging.seed)
+        drawn = source.open(goal, wanted.seed)
     with drawn:
-        if staging.arm == DEFAULT_MODEL:
-            yield Staged(drawn, source)
+        if wanted.arm == DEFAULT_MODEL:
+            yield RecordableTable(drawn, source)
             return
-        poses, (_, noise) = drawn.world.poses(), drawing_and_noise(staging.seed)
+        poses, (_, noise) = drawn.world.poses(), drawing_and_noise(wanted.seed)
         joints = dict(zip(model.joints, model.folded.tolist(), strict=True)) | dict.fromkeys(FINGERS, FINGER_OPEN)
         workcell = Workcell(drawn.world.table, arm=ArmState(model.name, joints))
         with TableScene(
             drawn.models, np.array(poses), drawn.count, noise, workcell, drawn.names, drawn.display_names
         ) as table:
-            yield Staged(table, source)
+            yield RecordableTable(table, source)
