@@ -17,6 +17,7 @@ from grounding.resolve.goal import resolve_goal
 from grounding.resolve.referents import Referents
 from grounding.verify.contradictions import contradiction
 from grounding.verify.feasibility import infeasible
+from grounding.verify.said_groups import unknown_group
 
 if TYPE_CHECKING:
     from grounding.parsers.sentence_encoder import SentenceEncoder
@@ -61,6 +62,8 @@ def resolved(
     goal = without_taken(found.goal, worded.before)
     names = None if objects is None or catalogue else there.names
     problem = f"{clash} cannot both hold" if (clash := contradiction(goal, names)) else ""
+    if group := unknown_group(text, worded.phrases, (goal, worded.before)):
+        problem = f"it is not clear which objects {group!r} means"
     if names is not None and not problem:
         problem = infeasible(goal, names)
     return Proposal(
