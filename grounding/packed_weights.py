@@ -44,7 +44,8 @@ def packed_bytes(own: Arrays, base: Arrays) -> bytes:
 
 
 def unpacked(stored: Arrays, base: Arrays) -> dict[str, np.ndarray]:
-    """Return a network's arrays from what `packed` made of them and the same base: float32 where they were packed.
+    """Return a network's arrays from what `packed` made of them and the same base: float32 where they were packed, and
+    column by column (numpy's order "F"), as products read them the fastest.
 
     Raises:
         KeyError: for codes without their steps.
@@ -58,7 +59,9 @@ def unpacked(stored: Arrays, base: Arrays) -> dict[str, np.ndarray]:
             own[name] = array
             continue
         plain = name.removesuffix(CODES)
-        values = (array.astype(np.float32) - (_HALF - 0.5)) * stored[plain + STEP].astype(np.float32)[:, None]
+        # In the order of `bert.Linear`, which is brought about the fastest while a weight is one byte.
+        codes = np.asfortranarray(array)
+        values = (codes.astype(np.float32) - (_HALF - 0.5)) * stored[plain + STEP].astype(np.float32)[:, None]
         under = base.get(plain)
         if under is not None and under.shape != values.shape:
             raise ValueError(f"{plain!r} has another shape than in the network that it differs from")

@@ -11,10 +11,14 @@ from tests.commands import forked_python
 # Tests of 5 s and more, the longest first, in groups that go to one process after the other: no process is to be busy
 # with such a test when the others have ended, and those of the language model would wait for each other.
 PINNED = "tests/grounding/test_outcomes.py::test_labelled_texts_are_read_as_pinned"
+DIALOGUES = "tests/grounding/dialogue/test_goal_dialogues.py"
 LONG = (
     (f"{PINNED}[held_out",),
     (f"{PINNED}[free", "tests/grounding/test_slot_sentences.py::test_as_many_sentences"),
     (f"{PINNED}[strangers", "tests/test_code_style.py"),
+    (f"{DIALOGUES}::test_dialogues[unseen j", "tests/grounding/test_figure_sentences.py"),
+    (DIALOGUES,),
+    ("tests/grounding/dialogue/test_unseen_corrections.py",),
     ("tests/agent/batch/test_run.py",),
     ("tests/agent/evaluation/test_",),
     ("tests/grounding/parsers/test_llm_local.py",),

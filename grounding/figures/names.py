@@ -11,7 +11,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from grounding.figures.drawings import DRAWING, drawn
@@ -100,11 +100,26 @@ def figure_nouns(taught: bool = True) -> Mapping[str, tuple[str, ...]]:
     Args:
         taught: whether taught figures are among them.
     """
+    found = dict(_shipped_nouns())
+    folder = taught_folder() if taught else None
+    if folder is not None and folder.is_dir():
+        for name, nouns in _nouns_in(folder).items():
+            found.setdefault(name, nouns)
+    return found
+
+
+@cache
+def _shipped_nouns() -> Mapping[str, tuple[str, ...]]:
+    """Return name -> nouns of the shipped figures, once: their files are a part of this package."""
+    return _nouns_in(LIBRARY)
+
+
+def _nouns_in(folder: Path) -> dict[str, tuple[str, ...]]:
+    """Return name -> nouns of the figures in a folder, the first file of a name."""
     found: dict[str, tuple[str, ...]] = {}
-    for folder in _folders() if taught else (LIBRARY,):
-        for path in sorted(folder.glob("*.toml")):
-            for name, nouns in _head(path):
-                found.setdefault(name, nouns)
+    for path in sorted(folder.glob("*.toml")):
+        for name, nouns in _head(path):
+            found.setdefault(name, nouns)
     return found
 
 

@@ -33,9 +33,6 @@ _HALF_ERF_A = tuple(np.float32(a / 2) for a in (1.061405429, -1.453152027, 1.421
 # So many values pass through `gelu` at once: four arrays of them stay in the processor's cache, which makes it three
 # times faster than on whole batches.
 _GELU_BLOCK = 32_768
-# Up to so many rows, the word pieces of a sentence or two, BLAS takes three quarters of the time from the other side,
-# and comes to the same bits.
-_FEW_ROWS = 40
 
 
 def gelu(x: np.ndarray) -> np.ndarray:
@@ -71,15 +68,17 @@ def softmax(x: np.ndarray, axis: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Linear:
-    """A linear map of rows: weight (out, in) float32 and bias (out,) float32."""
+    """A linear map of rows: weight (out, in) float32 and bias (out,) float32.
+
+    A weight whose columns lie one after another (numpy's order "F") is read as it lies, which takes a fifth less time.
+    """
 
     weight: np.ndarray
     bias: np.ndarray
 
     def __call__(self, rows: np.ndarray) -> np.ndarray:
         """Map rows (n, in) to (n, out)."""
-        few = len(rows) <= _FEW_ROWS
-        found = np.ascontiguousarray((self.weight @ rows.T).T) if few else rows @ self.weight.T
+        found = rows @ self.weight.T
         found += self.bias
         return found
 
@@ -243,17 +242,21 @@ class Bert:
             def pair(name: str, *shape: int) -> tuple[np.ndarray, np.ndarray]:
                 return tensor(f"{name}.weight", *shape), tensor(f"{name}.bias", shape[0])
 
+            def linear(name: str, *shape: int) -> Linear:
+                weight, bias = pair(name, *shape)
+                return Linear(np.asfortranarray(weight), bias)
+
             def layer(name: str) -> EncoderLayer:
                 attention, output = f"{name}.attention", f"{name}.output"
                 three = [pair(f"{attention}.self.{part}", width, width) for part in ("query", "key", "value")]
-                attend = [np.concatenate(arrays) for arrays in zip(*three, strict=True)]
+                weight, bias = (np.concatenate(arrays) for arrays in zip(*three, strict=True))
                 return EncoderLayer(
                     heads,
-                    Linear(*attend),
-                    Linear(*pair(f"{attention}.output.dense", width, width)),
+                    Linear(np.asfortranarray(weight), bias),
+                    linear(f"{attention}.output.dense", width, width),
                     Normalisation(*pair(f"{attention}.output.LayerNorm", width)),
-                    Linear(*pair(f"{name}.intermediate.dense", inner, width)),
-                    Linear(*pair(f"{output}.dense", width, inner)),
+                    linear(f"{name}.intermediate.dense", inner, width),
+                    linear(f"{output}.dense", width, inner),
                     Normalisation(*pair(f"{output}.LayerNorm", width)),
                 )
 

@@ -61,6 +61,7 @@ class EmbeddingParser:
         self.reader = reader
         self._layer = layer
         self._temperatures = temperatures
+        self._last: tuple[tuple[str, ...], list[Parse]] = ((), [])
 
     @classmethod
     def from_pretrained(cls, folder: str | Path = WEIGHTS, encoder: SentenceEncoder | None = None) -> EmbeddingParser:
@@ -111,7 +112,17 @@ class EmbeddingParser:
         return self.parse_batch([text])[0]
 
     def parse_batch(self, texts: Sequence[str]) -> list[Parse]:
-        """Parse each of many instructions, much faster than one by one."""
+        """Parse each of many instructions, much faster than one by one.
+
+        The last texts are not parsed again: a conversation reads a text after each goal that it may speak of.
+        """
+        last, parses = self._last
+        if last != tuple(texts):
+            parses = self._parsed(texts)
+            self._last = tuple(texts), parses
+        return list(parses)
+
+    def _parsed(self, texts: Sequence[str]) -> list[Parse]:
         found: dict[int, Parse] = {}
         readable = []
         for place, text in enumerate(map(_sound, texts)):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 from grounding.figures.drawings import drawings_among
 from grounding.figures.names import figure_nouns
@@ -256,7 +256,8 @@ def _index() -> dict[str, str]:
 
 def figures_read_otherwise(text: str) -> list[tuple[int, int, str]]:
     """Find the names of figures that are read as other shapes, "an arch" as an arc: their characters, and the shape."""
-    nouns = tuple(noun for noun in _of_shapes() if noun in figure_nouns())
+    figures = figure_nouns()
+    nouns = tuple(noun for noun in _of_shapes() if noun in figures)
     return [(*one.span(1), _of_shapes()[_bare(one[1])]) for one in _pattern(nouns).finditer(text)]
 
 
@@ -272,6 +273,7 @@ def shapes_named(text: str) -> set[str]:
     return nouns | verbs
 
 
+@lru_cache(maxsize=4096)
 def _bare(noun: str) -> str:
     return " ".join(re.split(r"[\s-]+", noun.lower()))
 

@@ -71,6 +71,12 @@ def read_name(name: str) -> Name:
     return Name(head, words, int(numbers[-1][:9]) if numbers else None, other)
 
 
+@lru_cache(maxsize=64)
+def read_names(names: tuple[str | None, ...]) -> tuple[Name, ...]:
+    """Split the names of a scene into their parts, each spelled as the others are; once for every scene."""
+    return tuple(read_name(as_named(name or "", names)) for name in names)
+
+
 def telling_words(one: SceneObject) -> set[str]:
     """Return the words of an object's name and of its colours."""
     name = read_name(one.name)
@@ -88,12 +94,13 @@ def rivals(word: str) -> tuple[str, ...]:
     return _RIVALS.get(word, ())
 
 
-def vocabulary(names: Sequence[str | None]) -> Vocabulary:
+@lru_cache(maxsize=64)
+def vocabulary(names: tuple[str | None, ...]) -> Vocabulary:
     """Collect the nouns of the tables and the names, and other words of the names that can stand for the object."""
     forms = dict(FORMS)
     heads: set[str] = set()
     compounds: set[tuple[str, str]] = set()
-    for name in map(read_name, {as_named(name or "", names) for name in names}):
+    for name in dict.fromkeys(read_names(names)):
         for word in (*name.heads, *name.words):
             blocked = word in FUNCTION_WORDS or word in NOT_OBJECTS or word in GENERIC or word in ADJECTIVES
             if word and (word in name.heads or not blocked):

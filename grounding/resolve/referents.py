@@ -23,7 +23,7 @@ from grounding.resolve.lexicon import (
     VESSELS,
     meanings,
 )
-from grounding.resolve.object_names import UNKNOWN_CATEGORY, as_named, read_name, vocabulary
+from grounding.resolve.object_names import UNKNOWN_CATEGORY, read_names, vocabulary
 from grounding.resolve.table_places import TablePlaces
 from grounding.resolve.word_forms import FORMS, Vocabulary, singular
 
@@ -61,7 +61,7 @@ class Referents:
         self.attributes: list[ObjectAttributes | None] = [each.attributes for each in there]
         self.places = TablePlaces(self.attributes, opposite)
         self.count = len(there)
-        self._read = [read_name(as_named(name, self.names)) for name in self.names]
+        self._read = read_names(tuple(self.names))
         self._words = [frozenset(map(singular, _WORD.findall(name.lower()))) for name in self.names]
         self._compounds = ["-".join(name.lower().rstrip(" 0123456789").split()) for name in self.names]
         self._meanings: dict[str, list[tuple[int, ...]]] = {}
@@ -69,7 +69,7 @@ class Referents:
     @cached_property
     def vocabulary(self) -> Vocabulary:
         """Return the nouns that are known here."""
-        return vocabulary(self.names) if self.known else Vocabulary(FORMS)
+        return vocabulary(tuple(self.names)) if self.known else Vocabulary(FORMS)
 
     # The objects
 
