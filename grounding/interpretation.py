@@ -75,7 +75,8 @@ class Interpretation:
         return self.selection.notes if self.selection else ()
 
     def among(self, objects: Objects, catalogue: bool = False) -> Interpretation:
-        """Find the objects of a scene that the goal is about, where it was decided on without a scene.
+        """Find the objects of a scene that the goal is about: where it was decided on without a scene, or if the scene
+        were another.
 
         The text is not read again, and another goal is not chosen; without a goal, the interpretation stays as it is.
 

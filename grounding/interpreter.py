@@ -299,7 +299,7 @@ class Interpreter:
             decision = decide(candidates, proposals, self.verifier.weights, follows, scene)
             found, chosen = verdicts.of_decision(decision, proposals), decision.chosen
         found = replace(found, fallback=said.fallback, seconds=seconds + time.perf_counter() - started)
-        if objects is None and found.status == "ok" and chosen is not None:
+        if found.status == "ok" and chosen is not None and chosen.proposal.worded is not None:
             found = replace(found, _among=partial(self._placed, found, said, chosen))
         new = () if said.reply is None else new_drawings(found.goal, said.drawn)
         return verdicts.of_drawings(found, new) if new else found
@@ -307,7 +307,7 @@ class Interpreter:
     def _placed(
         self, found: Interpretation, said: _Said, chosen: Candidate, objects: Objects, catalogue: bool
     ) -> Interpretation:
-        """Find the objects of a goal that was decided on where no scene was known; see `Interpretation.among`."""
+        """Find the objects of a goal that was decided on; see `Interpretation.among`."""
         there, words = scene_objects(objects) or (), chosen.proposal.worded
         assert words is not None  # every goal was proposed in words
         proposal = resolved(words, said.heard, there, self.encoder, catalogue, self.viewpoint == "opposite")

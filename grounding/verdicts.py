@@ -16,6 +16,7 @@ from grounding.language_model.goal_schema import ASK, NONE
 from grounding.parse_result import Parse, Question
 from grounding.propose.proposal import Proposal
 from grounding.resolve.goal import ResolvedPhrase
+from grounding.resolve.object_names import read_name
 from grounding.sentences import GOAL, doubts, goal_question, reason, shape_question
 from grounding.spec import StructureSpec
 
@@ -140,7 +141,8 @@ class Verdicts:
         indices = tuple(range(len(names))) if everything else tuple(sorted(named))
         selection = ResolvedPhrase(indices, proposal.nouns, proposal.described, notes, proposal.singly)
         objects = tuple(names[i] for i in indices)
-        return self._made(**built, objects=objects, selection=selection, named=proposal.nouns, words=proposal.nouns)
+        said = proposal.nouns if everything or len(indices) == len(names) else (_said(proposal) or objects)
+        return self._made(**built, objects=objects, selection=selection, named=said, words=proposal.nouns)
 
     def _made(self, **values: Any) -> Interpretation:
         fields: dict[str, Any] = {
@@ -154,3 +156,11 @@ class Verdicts:
 
     def _in_world(self, goal: Goal) -> Goal:
         return goal.turned() if self.viewpoint == "opposite" else goal
+
+
+def _said(proposal: Proposal) -> tuple[str, ...]:
+    """Return the nouns that chose the objects of a goal, and words for those that none chose: "object 5"."""
+    worded = proposal.worded
+    own = () if worded is None else worded.phrases[: len(worded.phrases) - len(worded.kept)]
+    bare = (each for each in own if not proposal.nouns or (read_name(each).number and not read_name(each).head))
+    return (*proposal.nouns, *dict.fromkeys(bare))

@@ -13,7 +13,7 @@ from structdiffusion.completion.estimate import ObjectEstimate, estimate
 from structdiffusion.footprints import clear_gap, turned
 from structdiffusion.layouts import Layout, lay_out, nearest_to_fitting
 from structdiffusion.observation import Scene
-from structdiffusion.structures import STRUCTURES
+from structdiffusion.structures import STRUCTURES, structure_named
 from structdiffusion.structures.bodies import LayoutItem
 from structdiffusion.structures.structure import LayoutError, a_structure
 
@@ -21,6 +21,7 @@ _DRAWS = 8  # layouts that are drawn before a structure counts as impossible: or
 _PLACES = 100  # layouts that all meet what stays where it is, before there counts as no place between; they take 0.1 s
 _PLACE_AND_SIZE = ("x_position", "y_position", "rotation", "size")  # slots of which one may be left open instead
 _OFFERED = 3  # shapes at most: more are a list that nobody reads
+_LIKE = {"line": ("double line",)}  # shape -> figures that come nearest to it
 
 
 def why_it_does_not_fit(scene: Scene, spec: StructureSpec, rng: np.random.Generator) -> str:
@@ -37,7 +38,7 @@ def why_it_does_not_fit(scene: Scene, spec: StructureSpec, rng: np.random.Genera
 
 
 def shapes_that_fit(scene: Scene, spec: StructureSpec, rng: np.random.Generator) -> list[str]:
-    """Return other flat shapes in which a scene's objects fit on its table at the same place.
+    """Return other flat shapes in which a scene's objects fit on its table at the same place, and figures like it.
 
     Args:
         scene: the objects, and the distractors, which stay where they are.
@@ -45,7 +46,8 @@ def shapes_that_fit(scene: Scene, spec: StructureSpec, rng: np.random.Generator)
         rng: draws the layouts.
     """
     items, found, kept = _items(scene), list[str](), replace(spec, rotation=None)
-    for name, structure in STRUCTURES.items():
+    for name in (*_LIKE.get(spec.shape or "", ()), *STRUCTURES):
+        structure = structure_named(name)
         if name == spec.shape or structure.stacks or len(items) < structure.least or not structure.can_carry(kept):
             continue
         if not _problem(items, replace(kept, shape=name), scene, rng):

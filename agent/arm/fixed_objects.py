@@ -11,7 +11,7 @@ from structdiffusion.observation import Scene
 
 
 def with_fixed(scene: Scene, hold: str) -> Scene:
-    """Return the scene with the objects for which the hand has no grasp as fixed ones.
+    """Return the scene with the objects for which the hand has no grasp as fixed ones, beside those that are.
 
     What stands on something is left as it is: a structure is laid around what stands on the table.
 
@@ -19,12 +19,12 @@ def with_fixed(scene: Scene, hold: str) -> Scene:
         scene: what was seen.
         hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
     """
-    fixed = (
+    held = (
         index
         for index, points in enumerate(cloud.points for cloud in completed_scene(scene).objects)
         if scene.objects[index].bottom < TABLE_LEVEL and not can_be_grasped(points, friction=hold == "friction")
     )
-    return replace(scene, fixed=tuple(fixed))
+    return replace(scene, fixed=tuple(sorted({*scene.fixed, *held})))
 
 
 def describe_fixed(scene: Scene, taking: Iterable[int] | None = None) -> str:

@@ -289,6 +289,7 @@ class Conversation(BuildSession):
             seen, self.situation, self.question, self.example, self.table.held, self.table.fallen,
             self._cache.encoder, tuple(self.table.out_of_reach),
             self._steering.progress if self._steering is not None else "",
+            self.table.supposed if self.table.untouched else frozenset(),
         )  # fmt: skip
 
 

@@ -45,6 +45,7 @@ class Knowledge:
         encoder: sentence encoder for unknown nouns.
         out_of_reach: the names of the objects that the arm cannot reach.
         progress: what the arm is doing, in sentences; empty while it is at rest.
+        supposed: the names of the objects of which the camera does not see what they stand on.
     """
 
     seen: events.Perceived
@@ -56,6 +57,7 @@ class Knowledge:
     encoder: SentenceEncoder | None = None
     out_of_reach: tuple[str, ...] = ()
     progress: str = ""
+    supposed: frozenset[str] = frozenset()
 
     @cached_property
     def facts(self) -> list[Fact]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def answer_related(act: Act, known: Knowledge) -> str:
     if absent := none_there(act.other, known):
         return absent
     if act.value == "on":  # "what is the cup standing on"
-        return _supports(known.references(act.other))
+        return _supports(known.references(act.other), known.supposed)
     these = known.matching(act.about) if act.about else known.facts
     found = known.standing(these, relation, act.other)
     where = f"{_SAID.get(relation, relation)} {_place(act.other, known)}"
@@ -100,8 +100,12 @@ def _gap(one: Fact, references: Sequence[Fact]) -> float:
     return min((clear_gap(one, each) for each in references if each.name != one.name), default=0.0)
 
 
-def _supports(these: Sequence[Fact]) -> str:
-    said = [f"{with_article(one.name)} stands on {with_article(one.on) if one.on else 'the table'}" for one in these]
+def _supports(these: Sequence[Fact], supposed: Collection[str]) -> str:
+    said = [
+        f"{with_article(one.name)} {'seems to stand' if one.name in supposed else 'stands'} on "
+        f"{with_article(one.on) if one.on else 'the table'}"
+        for one in these
+    ]
     return f"{capitalized(join_words(said))}."
 
 

@@ -33,7 +33,9 @@ def print_objects(segments: Segments, results: TextIO) -> None:
             print(taken_for(found), file=results)
     for found in segments.objects:
         if found.rests_on:
-            print(f"{found.name} rests on {found.rests_on}", file=results)
+            print(
+                f"{found.name} {'rests' if found.support_seen else 'seems to rest'} on {found.rests_on}", file=results
+            )
     many = len(segments.objects)
     objects = f"{many or 'no'} object{'' if many == 1 else 's'}"
     print(f"{objects} on a table that was seen {_rectangle_in_words(segments.surface)}", file=results)
@@ -66,6 +68,7 @@ def objects_json(segments: Segments) -> dict[str, Any]:
                 "width": _round(found.sides[1]),
                 "height": _round(found.sides[2]),
                 "rests_on": found.rests_on or None,
+                "support_seen": found.support_seen if found.rests_on else None,
                 "bottom": _round(found.bottom),
                 "points": len(found.points),
                 "color": None if found.colors is None else np.median(found.colors, axis=0).astype(int).tolist(),

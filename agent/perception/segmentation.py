@@ -215,5 +215,8 @@ def _segments(world: np.ndarray, colors: np.ndarray | None, members: list[np.nda
         name = f"object {index + 1}"
         on = supports[index]
         carrier = "" if on.carrier is None else f"object {on.carrier + 1}"
-        found.append(Segment(name, ", ".join((name, *words)), world[own], its, pose, sides, carrier, on.bottom, shades))
+        said = ", ".join((name, *words))
+        found.append(
+            Segment(name, said, world[own], its, pose, sides, carrier, on.bottom, shades, support_seen=on.seen)
+        )
     return tuple(found)

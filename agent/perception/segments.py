@@ -29,6 +29,7 @@ class Segment:
         sides: (3,) of that box, metres.
         rests_on: the name of the object that it stands on or in; empty for the table.
         bottom: metres above the table at which it stands.
+        support_seen: whether what it stands on was seen to carry it; else it seems to.
         color_names: the name of its colour, and a second one where it is in doubt; empty without colours.
         noun: what it is taken for, such as "mug", or "cup or mug"; empty where the picture does not tell.
         nouns: noun -> confidence that it is one, the highest first; empty if no noun was looked for.
@@ -45,6 +46,7 @@ class Segment:
     color_names: tuple[ColorName, ...] = ()
     noun: str = ""
     nouns: Mapping[str, float] = field(default_factory=dict)
+    support_seen: bool = True
 
     @property
     def confidence(self) -> float | None:

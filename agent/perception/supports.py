@@ -14,6 +14,7 @@ _INSIDE = 0.9  # of its outline lies within that of what carries it, of which it
 _BESIDE = 0.025  # m about its outline, where the surface that carries it is seen
 _HIGHER, _LOWER = 0.012, 0.03  # m above and below an object's lower end at which that surface is seen
 _LOW_END = 2  # percent of its points lie below its lower end
+_CROSSES, _TOP_END = 0.05, 98  # share of its outline over what it seems to stand on; percent of whose points are lower
 _SAME = 0.01  # m: what carries an object begins lower than the object by more
 
 
@@ -24,10 +25,13 @@ class Support:
     Attributes:
         carrier: index of the object that carries it; `None` for the table.
         bottom: metres above the table at which it stands.
+        seen: whether the surface that carries it was seen beside it; else it seems to stand on what ends where it
+            begins.
     """
 
     carrier: int | None = None
     bottom: float = 0.0
+    seen: bool = True
 
 
 def supports_of(clouds: Sequence[np.ndarray]) -> list[Support]:
@@ -59,4 +63,21 @@ def _support(
         level = about[(about < end + _HIGHER) & (about > end - _LOWER)]
         if len(level) and (best.carrier is None or level.max() > best.bottom):
             best = Support(other, float(min(end, np.percentile(level, 90))))
+    return best if best.carrier is not None or end < _LIFTED else _hidden(index, clouds, outlines, ends)
+
+
+def _hidden(
+    index: int, clouds: Sequence[np.ndarray], outlines: Sequence[shapely.Geometry], ends: Sequence[float]
+) -> Support:
+    """Return what an object seems to stand on that hides all of the surface below it, or is seen from the front alone:
+    that crosses its outline and ends where it begins.
+    """
+    best = Support()
+    for other, points in enumerate(clouds):
+        shared = outlines[index].intersection(outlines[other]).area
+        if other == index or shared < _CROSSES * outlines[index].area or ends[other] >= ends[index] - _SAME:
+            continue
+        top = float(np.percentile(points[:, 2], _TOP_END))
+        if ends[index] - _LOWER < top < ends[index] + _HIGHER and top > best.bottom:
+            best = Support(other, min(ends[index], top), False)
     return best

@@ -97,7 +97,6 @@ def what_fits(scene: Scene, spec: StructureSpec) -> str:
     """Return what can be built of the same objects instead, as the end of a sentence; empty if nothing is known."""
     from grounding.spec import StructureSpec
     from structdiffusion.fitting_shapes import shapes_that_fit, values_in_the_way
-    from structdiffusion.structures.structure import a_structure
 
     values = [f"without {value!r}" for value in values_in_the_way(scene, spec, _rng())]
     shapes, left = shapes_that_fit(scene, spec, _rng()), ""
@@ -105,8 +104,17 @@ def what_fits(scene: Scene, spec: StructureSpec) -> str:
     if asked and not (values or shapes):
         shapes, left = shapes_that_fit(scene, StructureSpec(spec.shape), _rng()), f" without {' and '.join(asked)}"
     offers = [f"it fits {_either(values)}"] if values else []
-    offers += [f"{_either([a_structure(name) for name in shapes])} of them fits{left}"] if shapes else []
+    offers += [f"{_either([_called(name) for name in shapes])} of them fits{left}"] if shapes else []
     return "".join(f"; {offer}" for offer in offers)
+
+
+def _called(shape: str) -> str:
+    """Return what people call a structure, with its article: "a grid", "two lines"."""
+    from grounding.structure_words import words_of
+    from structdiffusion.structures.structure import a_structure
+
+    figure = words_of(shape).figure
+    return a_structure(shape) if figure is None else figure.nouns[0]
 
 
 def _either(choices: list[str]) -> str:

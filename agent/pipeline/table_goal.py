@@ -163,7 +163,8 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
     part on the table from now on.
 
     Returns:
-        The goal over the observed objects, and the observation with these objects in the same order.
+        The goal over the observed objects, and the observation with these objects in the same order, in which those
+        are fixed that the arm cannot take: they are not set aside either.
 
     Raises:
         NotBuildable: if a part places an object that the arm cannot take, or names one that is no longer on the table.
@@ -199,7 +200,8 @@ def put_on_table(table: TableScene, goal: Goal) -> tuple[TableGoal, Scene]:
     if refused := [f"{name}, {why}" for name, why in troubles if name in seen and seen.index(name) in wanted.movable]:
         raise NotBuildable(f"the instruction places objects that the arm cannot take: {'; '.join(refused)}")
     table.involve([seen[index] for index in wanted.movable])
-    return wanted, replace(scene, objects=tuple(clouds[name] for name in seen), distractors=())
+    fixed = tuple(number for number, name in enumerate(seen) if name in table.out_of_reach)
+    return wanted, replace(scene, objects=tuple(clouds[name] for name in seen), distractors=(), fixed=fixed)
 
 
 def with_what_is_there(table: TableScene, goal: Goal) -> tuple[Goal, dict[str, str]]:

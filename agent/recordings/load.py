@@ -13,6 +13,7 @@ import numpy as np
 from agent.errors import BadInput, UsageError
 from agent.recordings.bag_reader import METADATA, STORAGES, Bag, Message, Stream, open_bag
 from agent.recordings.cloud_frame import in_optical_frame
+from agent.recordings.cloud_picture import UNORGANISED, as_picture
 from agent.recordings.depth_scale import ScaleFinder, stored
 from agent.recordings.image_decoding import color_picture, compressed_color, compressed_size
 from agent.recordings.joint_states import arm_state, joint_streams
@@ -132,11 +133,14 @@ def _read(bag: Bag, options: ReadingOf) -> Recording:
     intrinsics = None if lens is None else lens_of_every(lens.matrix, look.step)
     notes += [told_of(*look.size)] if look.step > 1 else []
     frame = DepthFrame(points, color, look.frame, (recorded - bag.start) / 1e9, intrinsics, count)
+    frame, picture = as_picture(frame)
     frame, told = with_fewer_points(frame)
     notes += [told] if told else []
-    if choice.points is not None and base_pose is None and options.world_from_camera is None:
+    if choice.points is not None and base_pose is None and options.world_from_camera is None and not picture:
         frame, told = in_optical_frame(frame)
         notes += [told] if told else []
+        frame, picture = as_picture(frame)
+    notes += [picture or UNORGANISED] if picture or not frame.organised else []
     return Recording(
         bag.path,
         frame,

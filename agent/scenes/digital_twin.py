@@ -103,8 +103,7 @@ class RecordedSource:
         hints = self._left_out()
         unnamed = next((each.name for each in self.objects if each.model.category == UNKNOWN), None)
         if unnamed is not None:
-            picture = labelled_picture(self.recording, self.segments)
-            hints.append(how_to_name(self.segments.objects, unnamed, picture, self.pictures))
+            hints.append(how_to_name(self.segments.objects, unnamed, self._numbered(), self.pictures))
         return "; ".join(hints)
 
     def call(self, table: TableScene, nouns: Mapping[str, str]) -> None:
@@ -132,20 +131,30 @@ class RecordedSource:
             }
         )  # fmt: skip
 
-    def _check_nouns(self, nouns: Sequence[str], chosen: Sequence[int]) -> None:
-        """Ask which objects are meant if the instruction chooses by nouns that further objects may have.
+    def _check_nouns(self, goal: Interpretation, nouns: Sequence[str], chosen: Sequence[int]) -> None:
+        """Ask which objects are meant if other ones would be, were an object what it may be by its picture.
 
         Raises:
             NotBuildable: with the question.
         """
-        if unsure := doubts(self.segments.objects, self.called, nouns, chosen):
-            raise NotBuildable("; ".join(("which objects are meant is not certain", *unsure, self.hint)))
+
+        def changes(index: int, noun: str) -> bool:
+            there = list(self.referents)
+            there[index] = replace(there[index], name=called(self.objects[index], noun).display_name)
+            return goal.among(there).goal != goal.goal
+
+        if unsure := doubts(self.segments.objects, self.called, nouns, chosen, changes):
+            how = how_to_name((), next(iter(unsure)), self._numbered(), self.pictures)
+            raise NotBuildable("; ".join(("which objects are meant is not certain", *unsure.values(), how)))
+
+    def _numbered(self) -> np.ndarray:
+        return labelled_picture(self.recording, self.segments)
 
     def open(self, goal: Interpretation, seed: int) -> RecordedScene:
         """See `SceneSource`; from the seed follows the sensor's noise in later looks."""
         selection = goal.selection
         nouns = () if selection is None else selection.nouns
-        self._check_nouns(nouns, () if selection is None else selection.indices)
+        self._check_nouns(goal, nouns, () if selection is None else selection.indices)
         telling = bool(nouns)
         if goal.goal.plain_spec is None:
             return RecordedScene(self, self.objects, len(self.objects), seed, telling)
@@ -256,7 +265,11 @@ class RecordedScene(TableScene):
         self._picture = frame.color if frame.organised else None
         self._intrinsics = frame.intrinsics
         self._world_from_camera = segments.world_from_camera
-        found = (*source.recording.notes, *segments.notes)
+        called = {found.name: each.name for found, each in zip(segments.objects, source.objects, strict=True)}
+        hidden = {called[one.name]: called[one.rests_on] for one in segments.objects if not one.support_seen}
+        self.supposed = frozenset(hidden)
+        seeming = (f"{name} seems to stand on {on}: the camera does not see its support" for name, on in hidden.items())
+        found = (*source.recording.notes, *segments.notes, *seeming)
         self.confidences = {
             each.name: round(each.confidence, 2)
             for each in segments.objects
@@ -310,7 +323,7 @@ class RecordedScene(TableScene):
 
     def _rename(self, names: Mapping[str, str]) -> None:
         super()._rename(names)
-        self._unsteady = renamed(self._unsteady, names)
+        self._unsteady, self.supposed = renamed((self._unsteady, self.supposed), names)
 
     def look(self) -> Scene:
         """Observe the table; as long as nothing has moved, return the recorded observation."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import tempfile
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 from PIL import Image
@@ -30,32 +30,40 @@ def taken_nouns(found: Sequence[Segment], called: Mapping[str, str]) -> list[str
 
 
 def doubts(
-    found: Sequence[Segment], called: Mapping[str, str], nouns: Sequence[str], chosen: Collection[int]
-) -> list[str]:
-    """Say which objects may have one of the nouns that an instruction chooses by, but were not chosen.
+    found: Sequence[Segment],
+    called: Mapping[str, str],
+    nouns: Sequence[str],
+    chosen: Collection[int],
+    changes: Callable[[int, str], bool],
+) -> dict[str, str]:
+    """Say which objects may have one of the nouns that an instruction chooses by, and would be meant then.
+
+    Returns: the name of each such object -> a sentence about it.
 
     Args:
         found, called: as for `taken_nouns`.
         nouns: that choose or leave out objects; adjectives may stand before them.
         chosen: the indices of the chosen objects.
+        changes: whether other objects would be meant if the object of an index had a noun: "cup 2" and "the red cup"
+            stay what they are where object 3, which is green, may be a cup.
     """
     asked = {word for noun in nouns for kinds in meanings(noun.split()[-1]) for word in kinds}
-    doubtful = []
+    doubtful = {}
     for index, each in enumerate(found):
         if each.name in called or index in chosen:
             continue
         noun = max((noun for noun in each.nouns if noun.split()[-1] in asked), key=each.nouns.__getitem__, default="")
-        if noun:
-            doubtful.append(f"{each.name} may be {with_indefinite_article(noun)} too ({each.nouns[noun]:.2f})")
+        if noun and changes(index, noun):
+            doubtful[each.name] = f"{each.name} may be {with_indefinite_article(noun)} too ({each.nouns[noun]:.2f})"
     return doubtful
 
 
 def how_to_name(found: Sequence[Segment], unnamed: str, picture: np.ndarray, place: OwnFolder | None = None) -> str:
-    """Say what the unnamed objects may be, where a picture (H, W, 3) of all with their numbers lies, and what to do.
+    """Say what unnamed objects may be, where a picture (H, W, 3) of all with their numbers lies, and what to do.
 
     Args:
-        found: the objects.
-        unnamed: the name of one without a noun.
+        found: the objects whose nouns may help.
+        unnamed: the name of one whose noun is not known.
         picture: with the numbers of all.
         place: where the picture is written; `None` for the temporary folder.
     """

@@ -59,6 +59,7 @@ class TableScene:
         out_of_reach: name -> why the arm cannot take an object.
         missing: name -> why an object that was asked for takes no part.
         notes: what had to be assumed of the table and the arm, a sentence each.
+        supposed: the names of the objects of which the camera does not see what they stand on.
         confidences: name -> confidence in its noun, of the objects whose nouns come from the picture.
         labelled: a picture (H, W, 3) uint8 with the objects marked and named, or `None`.
         bodies: a description of the bodies: "the true objects", or the completed bodies of a recording.
@@ -70,6 +71,7 @@ class TableScene:
     out_of_reach: Mapping[str, str] = MappingProxyType({})
     missing: Mapping[str, str] = MappingProxyType({})
     notes: tuple[str, ...] = ()
+    supposed: frozenset[str] = frozenset()
     confidences: Mapping[str, float] = MappingProxyType({})
     labelled: np.ndarray | None = None
     bodies: str = "the true objects"

@@ -33,6 +33,7 @@ def _apart(found: re.Match[str], known: set[str], nouns: set[str]) -> str:
     said = list[str]()
     for first, last in _RANGE.findall(numbers):
         said += [f"{noun} {number}" for number in range(int(first), int(last or first) + 1)]
-    if len(said) < 2 or not known.issuperset(said):
+    several = found[1].lower() != noun and not known.isdisjoint(said)  # "cups 1 and 7", of which one is missing
+    if len(said) < 2 or not (several or known.issuperset(said)):
         return found[0]
     return f"{', '.join(said[:-1])} and {said[-1]}"

@@ -182,6 +182,28 @@ def meant_noun(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None)
     return best if near[best] >= SAME_MEANING else ""
 
 
+def near_nouns(noun: str, heads: Sequence[str], encoder: SentenceEncoder | None) -> list[str]:
+    """List the nouns that are near another one in meaning, though not the same: they share a synonym, or the encoder
+    finds them near.
+
+    Args:
+        noun: singular, one that the tables know.
+        heads: the nouns of what is there.
+        encoder: compares their meanings; `None` does without.
+    """
+    others = [head for head in dict.fromkeys(heads) if head and head != noun]
+    same = _synonyms(noun)
+    found = {head for head in others if same & _synonyms(head)}
+    if encoder is not None and others:
+        own, *rest = embed_nouns([noun, *others], encoder)
+        found |= {head for head, other in zip(others, rest, strict=True) if float(other @ own) >= SAME_MEANING}
+    return [head for head in others if head in found]
+
+
+def _synonyms(noun: str) -> set[str]:
+    return {*OTHER_WORDS.get(noun, ()), *(word for word, others in OTHER_WORDS.items() if noun in others)}
+
+
 @lru_cache(maxsize=2)
 def _embedded_nouns(encoder: SentenceEncoder) -> np.ndarray:
     return embed_nouns(KNOWN_NOUNS, encoder)

@@ -147,7 +147,15 @@ class PhraseObjects:
             few = few or found  # "the cartons": another meaning may have several
         if few:
             return few
+        if unnamed := self._unnamed(phrase):
+            raise Doubt(phrase.text, unnamed, instead=phrase.text.removeprefix("the "))
         raise problem or AbsentError(phrase.text)
+
+    def _unnamed(self, phrase: Phrase) -> list[int]:
+        """Find the object without a noun whose number a phrase says: "cup 3" may be object 3."""
+        numbers = {int(each[0].word) for each in phrase.tests if each[0].kind == "number" and len(each) == 1}
+        everything = self._there.everything() if phrase.noun and len(numbers) == 1 else ()
+        return [i for i in everything if not self._there.head(i) and self._there.number(i) in numbers]
 
     def _others(self, found: list[int]) -> list[int]:
         """Leave out what other phrases name, or the goal so far; what those before it name where all are named."""
@@ -167,9 +175,10 @@ class PhraseObjects:
             noun = singular(phrase.noun[-1])
             like = LIKE_KINDS.get(noun)
             if like is not None and not self._there.of_kinds((noun,)) and (others := self._there.of_kinds((like,))):
-                found = self.choice.fitting(phrase, others)
-                raise Doubt(phrase.text, found or others, instead=noun)
-            yield from self._there.meanings(phrase.noun[-1])
+                raise Doubt(phrase.text, self._fitting_or_all(phrase, others), instead=noun)
+            if not (meant := self._there.meanings(phrase.noun[-1])) and (others := self._there.near(noun)):
+                raise Doubt(phrase.text, self._fitting_or_all(phrase, others), instead=noun)
+            yield from meant
             return
         if phrase.borrowed and phrase.among is None:
             telling = tuple(each for each in phrase.tests if each[0].kind in _TELLING)
@@ -192,6 +201,10 @@ class PhraseObjects:
         if _compares_two(phrase) and len(everything) > 2:
             raise Doubt(phrase.text, everything)  # "the shorter one", of which two?
         yield everything
+
+    def _fitting_or_all(self, phrase: Phrase, others: Sequence[int]) -> Sequence[int]:
+        """Keep those objects of a like kind that the other words of a phrase describe, or all where they fit none."""
+        return self.choice.fitting(phrase, others) or others
 
     def _contrasted(self, phrase: Phrase) -> Iterator[Sequence[int]]:
         """Find what is of the kind of the phrase that stood in the same role with another place on the table.

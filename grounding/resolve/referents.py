@@ -23,7 +23,7 @@ from grounding.resolve.lexicon import (
     VESSELS,
     meanings,
 )
-from grounding.resolve.object_names import UNKNOWN_CATEGORY, read_names, vocabulary
+from grounding.resolve.object_names import KNOWN_NOUNS, UNKNOWN_CATEGORY, near_nouns, read_names, vocabulary
 from grounding.resolve.table_places import TablePlaces
 from grounding.resolve.word_forms import FORMS, Vocabulary, singular
 
@@ -174,6 +174,12 @@ class Referents:
             return found
         found = next((found for kinds in others if (found := self.of_kinds(kinds))), ())
         return found or tuple(i for i in self.everything() if noun in HELD and self.says(i, noun))
+
+    def near(self, noun: str) -> tuple[int, ...]:
+        """List the objects whose nouns are near another one in meaning."""
+        if noun not in KNOWN_NOUNS:
+            return ()
+        return self.of_kinds(tuple(near_nouns(noun, [self.head(i) for i in self.everything()], self.encoder)))
 
     def of_occasion(self, word: str) -> tuple[int, ...] | None:
         """List what "desk items" or "breakfast things" are; `None` where the word names no occasion."""

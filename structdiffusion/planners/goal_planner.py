@@ -206,7 +206,7 @@ class _Composer:
 
     def _require_movable(self, aside: set[int], named: set[int]) -> None:
         for index in aside:
-            if index >= self.state.count:
+            if index >= self.state.count or index in self.scene.fixed:
                 above, below = self.state.items[index], self.state.items[self.state.carriers[index]]
                 raise LayoutError(f"the {above.name} stands on the {below.name}, and cannot be moved")
             if index in named and index in self.state.carriers:

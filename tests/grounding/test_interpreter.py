@@ -41,6 +41,19 @@ def test_objects_of_a_scene(interpreter, text, names, chosen):
     assert interpreter.interpret(text, names).objects == chosen
 
 
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("put object 2 and object 3 on the left", ("object 2", "object 3")),
+        ("put the cup, object 2 and object 3 in a line", ("cup", "object 2", "object 3")),
+        ("put everything but object 2 in a circle", ("cup 1", "object 3", "object 4")),
+        ("put everything in a circle", ()),
+    ],
+)
+def test_the_objects_of_a_goal_are_named_where_no_noun_chose_them(interpreter, text, named):
+    assert interpreter.interpret(text, ["cup 1", "object 2", "object 3", "object 4"]).named == named
+
+
 def test_a_scene_that_is_known_later_takes_up_the_same_reading(parser, encoder, verifier):
     class Once:
         fallback = ""

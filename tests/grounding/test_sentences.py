@@ -124,6 +124,20 @@ def test_words_that_may_be_lost_are_told():
                 "place the mug in front of the bottle",
             )
         ),
+        ("put the pen behind the box", ("pencil", "box"), "there is no pen here; does 'the pen' mean: pencil?"),
+        ("put the jug next to the box", ("bottle", "box"), "there is no jug here; does 'the jug' mean: bottle?"),
+        (
+            "put the red purse next to the box",
+            ("red wallet", "blue wallet", "box"),
+            "there is no purse here; does 'the red purse' mean: red wallet?",
+        ),
+        (
+            "put cup 3 next to bowl 2",
+            ("cup 1", "bowl 2", "object 3, red"),
+            "there is no cup 3 here; does 'cup 3' mean: object 3, red?",
+        ),
+        ("put cup 2 next to cup 1", ("cup 1", "bowl 2", "object 3"), "nothing here is 'cup 2'"),
+        ("put cups 1 and 7 in a line", ("cup 1", "cup 2", "object 3"), "nothing here is 'cup 7'"),
         ("put the hammer on the plate", TABLE, "nothing here is 'the hammer'"),
         ("put a cup left of the plate", TABLE, "is this meant: red cup left of plate?"),
         ("stack two cups", ("can", "cup", "cup 2", "cup 3"), "is this meant: tower of cup, cup 2?"),

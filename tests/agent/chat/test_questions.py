@@ -119,6 +119,11 @@ def test_what_the_arm_cannot_take_is_said(known):
     assert answered.startswith("No: the arm cannot take the bowl.")
 
 
+def test_a_support_that_was_not_seen_is_not_asserted(known):
+    answered = answer(acts_of("what is the orange standing on?"), replace(known, supposed=frozenset({"orange"})))
+    assert answered == "The orange seems to stand on the plate."
+
+
 def test_what_is_left_and_what_was_built(known):
     names = tuple(name for name, *_ in THINGS)
     line, cups = goal_of_words("line of 0, 1"), ("cup 1", "cup 2")

@@ -47,6 +47,18 @@ def test_json_holds_what_was_found(found):
     np.testing.assert_allclose(output["world_from_camera"], found.world_from_camera, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("seen", "said"), [(True, "object 2 rests on object 1"), (False, "object 2 seems to rest on object 1")]
+)
+def test_what_carries_an_object_is_asserted_where_it_was_seen(found, seen, said):
+    first, second = found.objects
+    stacked = replace(found, objects=(first, replace(second, rests_on=first.name, support_seen=seen)))
+    output = io.StringIO()
+    print_objects(stacked, output)
+    assert said in output.getvalue().splitlines()
+    assert [one["support_seen"] for one in objects_json(stacked)["objects"]] == [None, seen]
+
+
 def test_the_picture_marks_the_objects_and_nothing_else(two, found):
     picture = labelled_picture(two.recording, found)
     before = two.recording.frame.color.astype(int)

@@ -27,6 +27,17 @@ def test_an_object_whose_foot_another_hides_stands_on_the_table():
     assert [one.carrier for one in supports] == [None, None]
 
 
+def test_what_hides_all_of_the_surface_below_seems_to_stand_on_what_ends_there():
+    lower, upper = box(0, 0, 0, 0.06, 0.1, 0.08), box(0.02, 0, 0.08, 0.1, 0.12, 0.05)
+    lower = lower[lower[:, 0] < -0.01]  # the camera sees little more than its front
+    on = supports_of([lower, upper])[1]
+    assert (on.carrier, on.seen) == (0, False) and on.bottom == pytest.approx(0.08, abs=0.003)
+    seen = supports_of([box(0, 0, 0, 0.12, 0.1, 0.06), box(0, 0, 0.06, 0.08, 0.08, 0.05)])[1]
+    assert (seen.carrier, seen.seen) == (0, True)
+    higher = upper + (0, 0, 0.03)  # it begins higher than the lower one ends
+    assert supports_of([lower, higher])[1].carrier is None
+
+
 def test_what_lies_in_a_bowl_stands_in_it():
     angle, height = np.meshgrid(np.linspace(0, 2 * np.pi, 60), np.linspace(0.004, 0.06, 15))
     radius = 0.05 + 0.5 * height

@@ -1,12 +1,17 @@
 """What a refusal offers instead."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from agent.errors import NoValidGoal
 from agent.pipeline.candidates import filter_viable, what_fits
+from agent.pipeline.instruction_parser import ReadingOptions
+from agent.pipeline.resources import ResourceCache
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
 from grounding.spec import StructureSpec
 from structdiffusion.fitting_shapes import why_it_does_not_fit
 from structdiffusion.observation import Arrangement
@@ -21,6 +26,20 @@ def test_what_fits_is_offered_with_what_has_to_be_given_up():
     assert shapes
     for shape in shapes:
         assert why_it_does_not_fit(scene, StructureSpec(shape), np.random.default_rng(1)) == ""
+
+
+def test_for_a_line_that_is_too_long_two_lines_are_offered_where_they_fit():
+    scene, line = boxes(10, 0.14), StructureSpec("line", x_position="left")
+    assert what_fits(scene, line).startswith("; two lines, ")
+    assert "two lines" not in what_fits(scene, StructureSpec("circle"))
+    assert "two lines" not in what_fits(boxes(5, 0.2), line)  # three of 20 cm and their gaps are more than 54 cm
+    interpreter = ResourceCache().interpreter(ReadingOptions())
+    names, before = [cloud.name for cloud in scene.objects], Goal((StructurePart("line"),))
+    for answer in ("two lines", "two lines then", "in two lines", "make two lines of them"):
+        read = interpreter.interpret(answer, names, before)
+        assert [part.shape for part in read.goal.structures] == ["double line"], answer
+        spec = replace(read.goal.structures[0].spec, x_position="left")
+        assert why_it_does_not_fit(scene, spec, np.random.default_rng(1)) == ""
 
 
 def test_a_refusal_says_what_is_needed_what_there_is_and_what_fits():

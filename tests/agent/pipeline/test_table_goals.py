@@ -8,12 +8,14 @@ import pytest
 
 from agent import events
 from agent.arm.events import Placed, Planned
+from agent.arm.fixed_objects import with_fixed
 from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
 from agent.event_base import Event
 from agent.pipeline.building import build_with_arm
 from agent.pipeline.event_builders import chosen_event, describe_aside
 from agent.pipeline.proposing import propose_goal
 from agent.pipeline.release import release_in_physics
+from agent.pipeline.resources import ResourceCache
 from agent.pipeline.table_goal import put_on_table, renumbered
 from agent.scenes.table_scene import TableScene
 from grounding.goals.goal import Goal
@@ -109,6 +111,22 @@ def test_what_the_arm_cannot_take_is_no_object_but_may_be_a_reference(blocks):
     blocks.out_of_reach = {"block 4": "out of the arm's reach"}
     with pytest.raises(NotBuildable, match="places objects that the arm cannot take: block 4, out of the arm's reach"):
         put_on_table(blocks, goal_of(LEFT_OF))
+
+
+def test_what_the_arm_cannot_take_is_not_moved_to_make_room_either(blocks):
+    edge = pose_from_xyz_yaw(0.45, 0.41, 0.0, 0.0)
+    blocks.world.set_pose(2, edge)  # nothing fits between it and the table's edge
+    planner = ResourceCache().goal_planner("geometric", None)
+
+    def moved_for_it() -> set[str]:
+        wanted, scene = put_on_table(blocks, goal_of(LEFT_OF))
+        proposed = propose_goal(planner, "geometric", with_fixed(scene, "friction"), wanted, 0)
+        return {cloud.name for cloud in proposed.scene.objects}
+
+    assert moved_for_it() == {"block 3", "block 4"}
+    blocks.out_of_reach = {"block 3": "out of the arm's reach"}
+    with pytest.raises(NoValidGoal, match="block 4 left of block 3"):
+        moved_for_it()
 
 
 def test_what_has_fallen_off_cannot_be_named(blocks):

@@ -42,20 +42,27 @@ def test_what_is_taken_for_what_is_said_unless_the_user_said_it():
 @pytest.mark.parametrize(
     ("noun", "chosen", "called", "unsure"),
     [
-        ("mug", (0,), {}, ["object 3 may be a mug too (0.41)"]),
-        ("red mug", (0,), {}, ["object 3 may be a mug too (0.41)"]),
-        ("mug", (0,), {"object 3": "vase"}, []),  # the user's word goes before the picture's
-        ("mug", (0, 2), {"object 3": "mug"}, []),
-        ("bowl", (1,), {}, []),
-        ("cup", (), {}, ["object 1 may be a cup too (0.95)", "object 3 may be a cup too (0.60)"]),
+        ("mug", (0,), {}, {"object 3": "object 3 may be a mug too (0.41)"}),
+        ("red mug", (0,), {}, {"object 3": "object 3 may be a mug too (0.41)"}),
+        ("mug", (0,), {"object 3": "vase"}, {}),  # the user's word goes before the picture's
+        ("mug", (0, 2), {"object 3": "mug"}, {}),
+        ("bowl", (1,), {}, {}),
+        (
+            "cup",
+            (),
+            {},
+            {f"object {k}": f"object {k} may be a cup too ({share})" for k, share in ((1, "0.95"), (3, "0.60"))},
+        ),
     ],
 )
 def test_objects_that_may_be_meant_too_are_asked_about(noun, chosen, called, unsure):
-    assert doubts(FOUND, called, (noun,), chosen) == unsure
+    assert doubts(FOUND, called, (noun,), chosen, lambda *_: True) == unsure
+    assert doubts(FOUND, called, (noun,), chosen, lambda *_: False) == {}
 
 
 def test_what_may_have_been_left_out_is_asked_about():
-    assert doubts((FOUND[1], FOUND[2]), {}, ("mug",), (0,)) == ["object 3 may be a mug too (0.41)"]
+    unsure = doubts((FOUND[1], FOUND[2]), {}, ("mug",), (0,), lambda *_: True)
+    assert unsure == {"object 3": "object 3 may be a mug too (0.41)"}
 
 
 def test_an_object_that_is_one_of_two_is_said_and_meant_by_both_words():
@@ -144,6 +151,26 @@ def test_mugs_in_doubt_are_asked_about(bag, taking):
     assert "the objects are numbered in " in failed.message
     seen = perceived(run("put the mugs in a line", bag, object_3="mug"))
     assert sum(one.takes_part for one in seen.objects) == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "moved", "reference"),
+    [
+        ("put mug 1 in front of object 3", "object 1", "object 3"),  # its number says which one
+        ("put object 3 in front of mug 1", "object 3", "object 1"),
+        ("put the left mug in front of object 3", "object 1", "object 3"),  # the other one stands on the right
+    ],
+)
+def test_what_an_instruction_tells_without_the_doubtful_noun_is_not_asked_about(bag, taking, words, moved, reference):
+    taking({"mug": 0.93}, {"mug": 0.41}, {"bowl": 0.6})
+    happened = run(words, bag)
+    assert happened[-1].exit_code == 0
+    (parsed,) = (event for event in happened if isinstance(event, events.Parsed))
+    (part,) = parsed.goal["parts"]
+    assert [parsed.objects[index] for index in (*part["objects"], *part["reference"])] == [moved, reference]
+    *_, failed, ended = run("put the mug in front of object 3", bag)
+    assert ended.exit_code == 3 and "object 2 may be a mug too (0.41)" in failed.message
+    assert "object 3" not in failed.message and failed.message.endswith("--call 'object 2=cup' says what an object is")
 
 
 def test_what_the_user_calls_an_object_goes_before_the_picture(bag, taking):

@@ -18,6 +18,8 @@ NAMES = ("cup 1", "cup 2", "cup 3", "object 1, red", "object 2", "object 3", "ca
         ("cups 1, 2, and 3.", "cup 1, cup 2 and cup 3."),
         ("put cup 1, 2 cm to the left of the box", None),  # a length
         ("put can 1 and 2 cups in a line", None),  # a count
+        ("put objects 2 and 6 in a line", "put object 2 and object 6 in a line"),  # which is missing, is said later
+        ("put object 2 and 6 cups in a line", None),
         ("put objects 5 and 6 in a line", None),  # nothing is called so
         ("put mugs 1 and 2 in a line", None),
         ("a grid of 2 and 3", None),
