@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import resources
-from importlib.resources.abc import Traversable
 
 import numpy as np
 
+from agent.arm.hand import Hand
+from agent.arm.jaco_hand import FINGER_CLOSED, FINGER_OPEN, FINGERS, jaco_hand
 from agent.errors import BadInput
 from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw
 
@@ -27,16 +28,7 @@ _FOLDED = {
 ARM_MODELS = tuple(_FOLDED)
 DEFAULT_MODEL = "j2s7s300"
 WORLD_FROM_BASE = pose_from_xyz_yaw(0.0, 0.0, 0.0, math.pi / 2)  # by default
-FINGERS = tuple(f"joint_finger_{k}" for k in (1, 2, 3))  # the thumb first
-FINGER_TIPS = tuple(f"joint_finger_tip_{k}" for k in (1, 2, 3))
 END_EFFECTOR = "joint_end_effector"
-FINGER_EFFORT = 2.0  # Nm
-# kg m2 of each link: mostly the drive's, behind its gear. With the maker's masses of the links alone, the engine loses
-# half of the motors' torque where a finger presses on something heavier.
-FINGER_INERTIA = 3e-4
-FINGER_SPEED = 1.0  # rad/s
-FINGER_OPEN = 0.2  # rad
-FINGER_CLOSED = 1.51  # rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +38,14 @@ class Joint:
     Attributes:
         name: the joint's name. parent, child: the names of its links.
         parent_from_joint: (4, 4), at angle 0.
+        slides: whether the link slides along z instead, by metres.
     """
 
     name: str
     parent: str
     child: str
     parent_from_joint: np.ndarray
+    slides: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +78,10 @@ class ArmModel:
         folded: (n,) the waiting pose.
         chain: every joint, including those of the hand; a parent comes before its children.
         solids: the collision solids.
-        urdf: the path of the URDF file.
+        urdf: the text of its URDF, with cylinders, boxes and spheres alone.
+        mounted: (4, 4) where its base usually stands in the world.
         fingers: of each finger joint that is commanded, by its name, the angles when open and when closed.
+        hand: the hand, which its last link carries.
     """
 
     name: str
@@ -98,8 +94,10 @@ class ArmModel:
     folded: np.ndarray
     chain: tuple[Joint, ...]
     solids: tuple[Solid, ...]
-    urdf: Traversable
+    urdf: str
+    mounted: np.ndarray
     fingers: Mapping[str, tuple[float, float]]
+    hand: Hand
 
     @cached_property
     def origins(self) -> dict[str, np.ndarray]:
@@ -113,11 +111,18 @@ class ArmModel:
 
     def link_poses(self, angles: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return base_from_link (4, 4) of every link by name; a joint that `angles` leaves out is at 0."""
-        poses = {self.chain[0].parent: np.eye(4)}
-        for joint in self.chain:
-            turned = pose_from_xyz_yaw(0.0, 0.0, 0.0, angles.get(joint.name, 0.0))
-            poses[joint.child] = poses[joint.parent] @ joint.parent_from_joint @ turned
-        return poses
+        return poses_on(self.chain, self.chain[0].parent, angles)
+
+
+def poses_on(chain: tuple[Joint, ...], link: str, positions: Mapping[str, float]) -> dict[str, np.ndarray]:
+    """Return link_from_other (4, 4) of a link and of every one that stands on it; a joint without position is at 0."""
+    poses = {link: np.eye(4)}
+    for joint in chain:
+        if joint.parent in poses:
+            by = positions.get(joint.name, 0.0)
+            moved = pose_from_xyz_yaw(0.0, 0.0, by, 0.0) if joint.slides else pose_from_xyz_yaw(0.0, 0.0, 0.0, by)
+            poses[joint.child] = poses[joint.parent] @ joint.parent_from_joint @ moved
+    return poses
 
 
 @cache
@@ -129,14 +134,23 @@ def arm_model(name: str) -> ArmModel:
     """
     if name not in ARM_MODELS:
         raise BadInput(f"there is no arm model {name!r}; legal: {', '.join(ARM_MODELS)}")
-    urdf = resources.files("agent.arm").joinpath(f"{name}.urdf")
-    root = ElementTree.fromstring(urdf.read_text(encoding="utf-8"))
+    urdf = resources.files("agent.arm").joinpath(f"{name}.urdf").read_text(encoding="utf-8")
+    root = ElementTree.fromstring(urdf)
     driven = [joint for joint in root.iter("joint") if joint.get("name", "").removeprefix("joint_").isdigit()]
     continuous = np.array([joint.get("type") == "continuous" for joint in driven])
 
     def limits(key: str) -> np.ndarray:
         return np.array([float(_part(joint, "limit").get(key, "nan")) for joint in driven])
 
+    chain = tuple(
+        Joint(
+            joint.get("name", ""),
+            _part(joint, "parent").get("link", ""),
+            _part(joint, "child").get("link", ""),
+            _origin(joint),
+        )
+        for joint in root.iter("joint")
+    )
     return ArmModel(
         name,
         tuple(joint.get("name", "") for joint in driven),
@@ -146,18 +160,12 @@ def arm_model(name: str) -> ArmModel:
         limits("velocity"),
         limits("effort"),
         np.array(_FOLDED[name]),
-        tuple(
-            Joint(
-                joint.get("name", ""),
-                _part(joint, "parent").get("link", ""),
-                _part(joint, "child").get("link", ""),
-                _origin(joint),
-            )  # fmt: skip
-            for joint in root.iter("joint")
-        ),
+        chain,
         tuple(_solid(link.get("name", ""), shape) for link in root.iter("link") for shape in link.iter("collision")),
         urdf,
+        WORLD_FROM_BASE.copy(),
         dict.fromkeys(FINGERS, (FINGER_OPEN, FINGER_CLOSED)),
+        jaco_hand({joint.name: joint.parent_from_joint for joint in chain}, END_EFFECTOR),
     )
 
 

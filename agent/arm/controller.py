@@ -8,9 +8,7 @@ from typing import Protocol
 import numpy as np
 import pybullet
 
-from agent.arm.arm_model import FINGER_EFFORT, FINGER_SPEED
-from agent.arm.gripper import ANGLES
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.trajectories import trajectory
 from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 
@@ -18,8 +16,7 @@ TRANSFER_SPEED = 0.9  # of the joints' limits, where nothing is near
 CARTESIAN_SPEED = 0.5  # of the joints' limits, near objects
 HALTING_SECONDS = 0.2
 THIRD_FINGER_SECONDS = 0.3  # that the third finger gets after both sides touch
-SQUEEZE = np.array([0.0, 0.2, 0.2])  # rad beyond contact that the motors of the thumb and fingers 2 and 3 aim for
-# Nm: the screw that drives a finger cannot be driven back, so the thumb holds more than its motor's effort
+# Nm: the screw that drives a finger cannot be driven back, so a locked one holds more than its motor's effort
 LOCKED = 10.0
 SQUEEZING_SECONDS = 0.6
 # The share of a finger's torque that its tip gets: one motor drives both, so a tip folds where the rest is stopped.
@@ -32,7 +29,7 @@ GRIP_ITERATIONS = 200  # of the engine's solver, which it takes to bring the mot
 
 
 def both_sides(touching: Collection[int]) -> bool:
-    """Return whether the thumb (0) and at least one opposite finger are among `touching`."""
+    """Return whether the first finger (0) and at least one opposite finger are among `touching`."""
     return 0 in touching and len(touching) >= 2
 
 
@@ -48,10 +45,10 @@ def between(touching: Mapping[int, set[int]]) -> tuple[int, set[int]]:
 class MotionListener(Protocol):
     """Any listener to the commands of the arm."""
 
-    def begin(self, doing: str, arm: JacoArm) -> None:
+    def begin(self, doing: str, arm: SimulatedArm) -> None:
         """Record that a motion begins; `doing` names its purpose."""
 
-    def step(self, arm: JacoArm) -> None:
+    def step(self, arm: SimulatedArm) -> None:
         """Record that a physics step is done."""
 
 
@@ -68,7 +65,7 @@ class ArmDriver:
     def __init__(
         self,
         world: TabletopWorld,
-        arm: JacoArm,
+        arm: SimulatedArm,
         on_step: Callable[[], None] | None = None,
         log: MotionListener | None = None,
     ) -> None:
@@ -144,28 +141,29 @@ class ArmDriver:
 
         What stands beside the hand may stop a finger too: without one that is between them, what the most touch.
 
-        Each finger waits where it touches, so that the object is not pushed. To hold by friction, the third finger gets
-        a little longer; then fingers 2 and 3 press with half of a finger's effort each, and the thumb holds against
-        them both where it is.
+        Each finger waits where it touches, so that the object is not pushed; fingers with one drive go on until both
+        sides touch. To hold by friction, a third finger gets a little longer; then the fingers press, those that are
+        locked only by staying where they are.
 
         Args:
             bodies: what they may meet.
             squeeze: share of that effort; with 0 the fingers stay where they touch.
         """
         self._begin("close hand")
-        arm = self.arm
+        arm, hand = self.arm, self.arm.hand
         if not arm.welds:
             arm.brace()
             self.world.refine(GRIP_ITERATIONS)
         targets = arm.finger_angles()
         touched = {body: set[int]() for body in bodies}
-        patience = 1 if arm.welds else round(THIRD_FINGER_SECONDS / TIME_STEP)
+        count = len(targets)
+        patience = 1 if arm.welds or count == 2 else round(THIRD_FINGER_SECONDS / TIME_STEP)
         while patience:
-            waiting = set[int]().union(*touched.values())
-            free = [k for k in range(3) if k not in waiting and targets[k] < ANGLES[-1]]
+            waiting = set[int]() if hand.coupled else set[int]().union(*touched.values())
+            free = [k for k in range(count) if k not in waiting and targets[k] < hand.closed]
             if not free:
                 break
-            targets[free] += FINGER_SPEED * TIME_STEP
+            targets[free] += hand.speed * TIME_STEP
             arm.command_fingers(list(targets))
             self.step()
             for body in bodies:
@@ -175,20 +173,23 @@ class ArmDriver:
             patience -= any(map(both_sides, touched.values()))
         if arm.welds or not squeeze:
             return between(touched)
-        self._squeeze(squeeze * FINGER_EFFORT / 2)
+        self._squeeze(squeeze * hand.grip_effort)
         return between({body: arm.touching(body) for body in bodies})
 
     def _squeeze(self, effort: float) -> None:
-        """Press with fingers 2 and 3, `effort` Nm each, while the thumb holds against them; the tips fold meanwhile."""
-        arm = self.arm
-        angles, efforts = list(arm.finger_angles() + SQUEEZE), (LOCKED, effort, effort)
-        of_tips = (TIP_SHARE * effort,) * 3
+        """Press with `effort`, Nm or N, of each finger that is not locked; tips that fold do so meanwhile."""
+        arm, locked = self.arm, self.arm.hand.locked
+        folding = len(arm.tips)
+        angles, efforts = list(arm.finger_angles() + arm.hand.squeeze), np.where(locked, LOCKED, effort)
+        of_tips = np.full(folding, TIP_SHARE * effort)
         for _ in range(round(SQUEEZING_SECONDS / TIME_STEP)):
-            arm.command_fingers(angles, efforts, list(arm.tip_angles() + TIP_LEAD), of_tips)
+            arm.command_fingers(angles, efforts.tolist(), list(arm.tip_angles() + TIP_LEAD), of_tips.tolist())
             self.step()
-        # The thumb stays as it is from now on: no object that swings in the hand unfolds it.
-        folded = arm.tip_angles() + TIP_LEAD * np.array((0.0, 1.0, 1.0))
-        arm.command_fingers(angles, efforts, list(folded), (LOCKED, *of_tips[1:]))
+        # A locked finger stays as it is from now on: no object that swings in the hand unfolds it.
+        folded = arm.tip_angles() + TIP_LEAD * ~locked[:folding]
+        arm.command_fingers(
+            angles, efforts.tolist(), list(folded), np.where(locked[:folding], LOCKED, of_tips).tolist()
+        )
 
     def take(self, body: int) -> None:
         """Go on with `body` in the hand."""
@@ -199,7 +200,7 @@ class ArmDriver:
     def open(self, opening: float) -> None:
         """Command the fingers to the angle `opening`, without waiting for them."""
         self._begin("open hand")
-        self.arm.command_fingers([opening] * 3)
+        self.arm.command_fingers([opening] * len(self.arm.fingers))
 
     def let_go(self, opening: float) -> None:
         """Open the fingers together to the angle `opening`; a weld ends when none of them touches the object any
@@ -208,7 +209,7 @@ class ArmDriver:
         self._begin("open hand")
         targets = self.arm.finger_angles()
         while (targets > opening).any():
-            targets = np.maximum(targets - FINGER_SPEED * TIME_STEP, opening)
+            targets = np.maximum(targets - self.arm.hand.speed * TIME_STEP, opening)
             self.arm.command_fingers(list(targets))
             self.step()
             if self.arm.held is not None and not self.arm.touching(self.arm.held):

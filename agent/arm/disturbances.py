@@ -12,7 +12,7 @@ import numpy as np
 
 from agent.arm.events import Disturbed, Picked, PickFailed, Placed, PlaceFailed, Planned
 from agent.arm.interference import LEVEL, Deed, Interference
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import UsageError
 from agent.event_base import Event
 from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
@@ -73,7 +73,7 @@ class Disturber:
         self,
         disturbance: Disturbance,
         world: TabletopWorld,
-        arm: JacoArm,
+        arm: SimulatedArm,
         names: Sequence[str],
         world_from_goals: np.ndarray,
         rng: np.random.Generator,

@@ -1,7 +1,7 @@
 """Build a structure with the simulated Jaco: search, pick and place, and a look by the camera after each placement.
 
 The arm moves by position motors within the maker's joint speeds; the fingers close with the maker's effort, each waits
-where it touches, their tips fold, and what they hold they hold by friction. With `JacoArm.hold` "weld" a fixed
+where it touches, their tips fold, and what they hold they hold by friction. With `SimulatedArm.hold` "weld" a fixed
 constraint joins the object to the hand once the thumb and at least one opposite finger touch it, until the fingers have
 opened clear of it (the paper's own planning assumes that a grasped object is attached rigidly). A grasp without contact
 on both sides, or whose object is no longer between the fingers after the lift, has failed, and the next is tried.
@@ -25,7 +25,6 @@ from agent.arm.controller import ArmDriver
 from agent.arm.events import ArmEvent, Noticed, Picked, PickFailed, Placed, PlaceFailed, SetAside
 from agent.arm.eyes import Eyes
 from agent.arm.handling import LOST, Handling
-from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.object_planner import ObjectPlan
@@ -34,6 +33,7 @@ from agent.arm.placement_rules import PlacementRules
 from agent.arm.plan_selection import PLANNING_CHECKS, find_plan
 from agent.arm.recovery import is_folded, leave_start
 from agent.arm.remainder import EndsHere
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.task_planner import Search
 from agent.arm.work_planner import Step, WorkPlanner
 from structdiffusion.completion.surface import completed_scene
@@ -48,7 +48,7 @@ STALE = 0.003  # m that an object may have moved before the plan around it is ma
 
 def build_structure(
     world: TabletopWorld,
-    arm: JacoArm,
+    arm: SimulatedArm,
     scene: Scene,
     arrangements: Sequence[Arrangement],
     *,

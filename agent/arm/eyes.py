@@ -11,10 +11,10 @@ from shapely import MultiPoint, contains_xy
 from shapely.geometry.base import BaseGeometry
 
 from agent.arm.hand_fit import FLAT
-from agent.arm.kinematics import JacoArm
 from agent.arm.placement_order import bottom_at
 from agent.arm.registration import judge
 from agent.arm.sight import Sight
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.table_camera import TableCamera, in_box
 from agent.arm.tracking import Track, Tracker
 from structdiffusion.completion.surface import completed_points
@@ -71,7 +71,7 @@ class Eyes:
     """
 
     def __init__(
-        self, world: TabletopWorld, arm: JacoArm, scene: Scene, solid: Scene, rng: np.random.Generator
+        self, world: TabletopWorld, arm: SimulatedArm, scene: Scene, solid: Scene, rng: np.random.Generator
     ) -> None:
         self.camera, self._lens, self.scene = TableCamera(world, arm, rng), world.camera, scene
         every = (*scene.objects, *scene.distractors)

@@ -6,23 +6,25 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from agent.arm.grasps import TABLE_LEVEL, can_be_grasped
+from agent.arm.hand import Hand
 from structdiffusion.completion.surface import completed_scene
 from structdiffusion.observation import Scene
 
 
-def with_fixed(scene: Scene, hold: str) -> Scene:
+def with_fixed(scene: Scene, hand: Hand, hold: str) -> Scene:
     """Return the scene with the objects for which the hand has no grasp as fixed ones, beside those that are.
 
     What stands on something is left as it is: a structure is laid around what stands on the table.
 
     Args:
         scene: what was seen.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hand: what will take them.
+        hold: how it holds objects, one of `agent.arm.simulated_arm.HOLDS`.
     """
     held = (
         index
         for index, points in enumerate(cloud.points for cloud in completed_scene(scene).objects)
-        if scene.objects[index].bottom < TABLE_LEVEL and not can_be_grasped(points, friction=hold == "friction")
+        if scene.objects[index].bottom < TABLE_LEVEL and not can_be_grasped(points, hand, friction=hold == "friction")
     )
     return replace(scene, fixed=tuple(sorted({*scene.fixed, *held})))
 

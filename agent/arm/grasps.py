@@ -19,11 +19,9 @@ from itertools import chain
 
 import numpy as np
 
-from agent.arm.gripper import ANGLES, PALM_LEVEL, reach
-from agent.arm.hand_fit import FLAT, FLOOR_CLEARANCE, LATERAL, PALM_CLEARANCE, Contacts, fit_hands
+from agent.arm.hand import Hand
+from agent.arm.hand_fit import FLAT, FLOOR_CLEARANCE, PALM_CLEARANCE, Contacts, fit_hands
 
-NARROW = 0.022  # m: what is shorter than this along the fingers' row would slip between fingers 2 and 3,
-PINCH = 0.017  # m: so it is taken between the thumb and finger 2, this far beside the hand's middle
 NARROW_LOSS = 0.1  # of quality: what is round rolls out of two fingers
 LEANING, LEANING_FLAT = 0.25, 1.0  # of quality for each radian: of leaning fingers, one is too high for what is flat
 DEPTHS = (0.06, 0.05, 0.035, 0.022)  # m below the top that the tips end; at 6 cm they fold around wide things
@@ -35,7 +33,6 @@ MOST_INCLINE = 0.4
 MOST_LEAN = 0.8
 SHALLOWEST = 0.008  # m below a rim
 TABLE_LEVEL = 0.005  # m: what stands no higher stands on the table
-CLOSED_ON_RIM = 1.0  # rad: about where the fingers meet a wall
 YAWS = 12
 TILTS = (0.0, math.radians(20), math.radians(-20), math.radians(40), math.radians(-40))
 
@@ -93,17 +90,20 @@ def is_round(points: np.ndarray) -> bool:
     return bool(extents.max() < 1.12 * extents.min() + 0.002)
 
 
-def grasps_of(points: np.ndarray, support: float = 0.0, friction: bool = False, limit: int = 120) -> list[Grasp]:
+def grasps_of(
+    points: np.ndarray, hand: Hand, support: float = 0.0, friction: bool = False, limit: int = 120
+) -> list[Grasp]:
     """Return the grasps of one object, best first; those that only slide it come after those that lift it.
 
     Args:
         points: (P, 3) its cloud, world frame, metres.
+        hand: what takes it.
         support: z of the surface that it stands on.
         friction: whether they must hold by friction alone.
         limit: the most grasps to lift it, and to slide it.
     """
-    lifts = _best(_grasps(points, support, "friction" if friction else "weld"), limit)
-    return lifts + _best(_slides(points, support), limit) if friction else lifts
+    lifts = _best(_grasps(points, hand, support, "friction" if friction else "weld"), limit)
+    return lifts + _best(_slides(points, hand, support), limit) if friction else lifts
 
 
 def _best(grasps: Iterable[Grasp], limit: int) -> list[Grasp]:
@@ -111,34 +111,34 @@ def _best(grasps: Iterable[Grasp], limit: int) -> list[Grasp]:
     return sorted(grasps, key=lambda grasp: -round(grasp.quality, 9))[:limit]
 
 
-def can_be_grasped(points: np.ndarray, support: float = 0.0, friction: bool = True) -> bool:
+def can_be_grasped(points: np.ndarray, hand: Hand, support: float = 0.0, friction: bool = True) -> bool:
     """Return whether the object has any grasp, if only to slide it; stops at the first."""
-    lifts = _grasps(points, support, "friction" if friction else "weld")
-    return next(chain(lifts, _slides(points, support) if friction else ()), None) is not None
+    lifts = _grasps(points, hand, support, "friction" if friction else "weld")
+    return next(chain(lifts, _slides(points, hand, support) if friction else ()), None) is not None
 
 
-def _slides(points: np.ndarray, support: float) -> Iterator[Grasp]:
+def _slides(points: np.ndarray, hand: Hand, support: float) -> Iterator[Grasp]:
     """Yield grasps to slide what stands on the table."""
     if support >= TABLE_LEVEL or len(points) < FEWEST_POINTS:
         return
-    tip, half = reach(0.0, ANGLES[-1]), 0.5 * np.ptp(np.percentile(points[:, :2], [1, 99], axis=0), axis=0).min()
-    for grasp in _grasps(points, support, "slide"):
+    tip, half = hand.reach(0.0, hand.closed), 0.5 * np.ptp(np.percentile(points[:, :2], [1, 99], axis=0), axis=0).min()
+    for grasp in _grasps(points, hand, support, "slide"):
         # What is pushed higher above the table than half its width topples if the table's friction is 1.
         if grasp.world_from_ee[2, 3] - tip - support < half:
             yield replace(grasp, slides=True)
 
 
-def _grasps(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
+def _grasps(points: np.ndarray, hand: Hand, support: float, hold: str) -> Iterator[Grasp]:
     """Yield grasps for a `hold`: "weld" and "slide" take what the fingers meet,
     "friction" what they do not slip off.
     """
     points = np.asarray(points, dtype=np.float64)
     if len(points) >= FEWEST_POINTS:
-        yield from _across(points, support, hold)
-        yield from _rim(points, support, hold)
+        yield from _across(points, hand, support, hold)
+        yield from _rim(points, hand, support, hold)
 
 
-def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
+def _across(points: np.ndarray, hand: Hand, support: float, hold: str) -> Iterator[Grasp]:
     low, high = np.percentile(points[:, 2], [1, 99])
     top, middle = float(high), np.median(points[:, :2], axis=0)
     corners = np.percentile(points[:, :2], [2, 98], axis=0)
@@ -150,11 +150,11 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
         closing = np.array([math.cos(yaw), math.sin(yaw)])
         side = np.array([math.sin(yaw), -math.cos(yaw)])
         local = np.column_stack(((points[:, :2] - middle) @ closing, (points[:, :2] - middle) @ side, points[:, 2]))
-        places = _contacts(local, top, depths)
+        places = _contacts(local, top, depths, hand)
         if places is None:
             continue
         contacts, offsets, narrow = places
-        fitted = fit_hands(local, contacts, support)
+        fitted = fit_hands(hand, local, contacts, support)
         quality = (
             1.0
             - 3.0 * fitted.width
@@ -170,7 +170,7 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
             quality -= 0.5 * np.maximum(fitted.incline, 0.0)
         for k in np.flatnonzero(fits):
             position = (*(middle + closing * contacts.across[k] + side * fitted.along[k]), fitted.height[k])
-            pinch, tilt = PINCH if narrow[k] else 0.0, float(contacts.tilt[k])
+            pinch, tilt = hand.pinch if narrow[k] else 0.0, float(contacts.tilt[k])
             for turn in (0.0, math.pi):  # the same fingers' line, thumb on either side
                 turned = hand_pose(position, yaw + turn, tilt if turn == 0.0 else -tilt)
                 turned[:3, 3] -= pinch * turned[:3, 1]
@@ -178,7 +178,9 @@ def _across(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
                 yield Grasp(turned, float(fitted.width[k]), *angles, kind, float(quality[k]))
 
 
-def _contacts(local: np.ndarray, top: float, depths: Sequence[float]) -> tuple[Contacts, np.ndarray, np.ndarray] | None:
+def _contacts(
+    local: np.ndarray, top: float, depths: Sequence[float], hand: Hand
+) -> tuple[Contacts, np.ndarray, np.ndarray] | None:
     """Return where hands may come down on a cloud (P, 3) of across, along and height; `None` if nowhere.
 
     With them two (B,): how far along each is off the middle, and whether the object is narrow there.
@@ -188,13 +190,13 @@ def _contacts(local: np.ndarray, top: float, depths: Sequence[float]) -> tuple[C
     rows, sections = [], []
     # Long things can also be taken off their middle.
     for offset in (0.0,) if half < 0.05 else (0.0, 0.3 * half, -0.3 * half):
-        slab = np.abs(along - offset) < LATERAL
+        slab = np.abs(along - offset) < hand.lateral
         for depth in depths:
             section = slab & (local[:, 2] > top - depth - 0.01)
             if section.sum() < 6:
                 continue
             ends = np.percentile(across[section], [2, 98])
-            narrow = np.abs(along[section] - offset).max() < NARROW
+            narrow = np.abs(along[section] - offset).max() < hand.narrow
             local_top = np.percentile(local[section, 2], 97)
             rows += [(ends.mean(), offset, local_top, depth, tilt, narrow) for tilt in TILTS]
             sections += [section] * len(TILTS)
@@ -204,15 +206,15 @@ def _contacts(local: np.ndarray, top: float, depths: Sequence[float]) -> tuple[C
     return Contacts(across_at, along_at, tops, depth, tilt, np.array(sections)), along_at, narrow > 0
 
 
-def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
-    """Yield grasps that pinch the wall of a hollow object at least 9 cm wide, from above."""
+def _rim(points: np.ndarray, hand: Hand, support: float, hold: str) -> Iterator[Grasp]:
+    """Yield grasps that pinch the wall of a hollow object into which a finger fits, from above."""
     top = float(np.percentile(points[:, 2], 98))
     rim = points[points[:, 2] > top - 0.008]
     if len(rim) < 20 or top - support < 0.012:
         return
     low, high = np.percentile(rim[:, :2], [2, 98], axis=0)
     middle = 0.5 * (low + high)
-    if (high - low).min() < 0.09:
+    if (high - low).min() < hand.rim_width:
         return
     inner = points[np.linalg.norm(points[:, :2] - middle, axis=1) < 0.3 * (high - low).min()]
     if len(inner) < 5:
@@ -231,17 +233,17 @@ def _rim(points: np.ndarray, support: float, hold: str) -> Iterator[Grasp]:
         # Of the wall only what is near the rim counts: the fingers stop where they touch.
         sideways = np.abs((points[:, :2] - contact[:2]) @ np.array([-math.sin(yaw), math.cos(yaw)]))
         outward = (points[:, :2] - contact[:2]) @ np.array([math.cos(yaw), math.sin(yaw)])
-        near = (sideways < LATERAL) & (outward < 0.012)
+        near = (sideways < hand.lateral) & (outward < 0.012)
         depth = _rim_depth(points[near, 2] - top, outward[near], min(0.03, _deepest(hollow, hold)), hold)
         if depth is None:
             continue
         for turn in (0.0, math.pi):
             pose = hand_pose(contact, yaw + turn)
-            pose[2, 3] = max(top - depth, support + FLOOR_CLEARANCE) + reach(0.5, ANGLES[-1])
-            if ((points - pose[:3, 3]) @ pose[:3, 2]).min() < PALM_LEVEL + PALM_CLEARANCE:
+            pose[2, 3] = max(top - depth, support + FLOOR_CLEARANCE) + hand.reach(hand.rim_reach, hand.closed)
+            if ((points - pose[:3, 3]) @ pose[:3, 2]).min() < hand.palm_level + PALM_CLEARANCE:
                 continue
-            opening = 0.8 if radius < 0.07 else 0.65
-            yield Grasp(pose, 0.02, opening, CLOSED_ON_RIM, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))
+            opening = hand.rim_openings[0] if radius < 0.07 else hand.rim_openings[1]
+            yield Grasp(pose, 0.02, opening, hand.rim_closed, "rim", 0.72 + (0.02 if turn == 0.0 else 0.0))
 
 
 def _deepest(hollow: float, hold: str) -> float:

@@ -11,24 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.gripper import (
-    ANGLES,
-    LEVELS,
-    PALM_LEVEL,
-    contacts,
-    openings_for,
-    reach,
-    reaches,
-)
+from agent.arm.hand import Hand
 
-SIDE_CLEARANCE = 0.008  # m kept on each side between open fingers and the object
-FLAT_SIDE_CLEARANCE = 0.005  # m, the same for flat things, so that the fingers need not sweep the table
 PALM_CLEARANCE = 0.006  # m
 FLOOR_CLEARANCE = 0.0005  # m between the lowest finger and what the object stands on
 FLAT = 0.03  # m: lower than this is flat
-LATERAL = 0.032  # m: half the width of the hand's fingers side by side
-WIDEST = 0.165  # m between the fingers
-_PALM_WIDTH = 0.045  # m from the hand's middle within which an object would touch the palm
 _PALM_SHARE = 0.01  # of the points there that may be nearer to the palm than that, as stray ones
 _LIFT, _LIFTS = 0.006, 4  # m by which a hand that does not fit is tried higher, and how often it is tried
 _LEVEL = 1e-3 / 2  # m: fingers that end so near to what the object stands on need not be lowered further
@@ -62,7 +49,7 @@ class Fits:
         along, height: (B,) where the end effector is; across it stands at the contact.
         opening, closing: (B,) the finger angles while approaching, and where the fingers first touch the object.
         width: (B,) of the object between the fingers.
-        incline: (B,) of the contacts, see `agent.arm.gripper.contacts`.
+        incline: (B,) of the contacts, see `agent.arm.hand.Hand.contacts`.
     """
 
     fits: np.ndarray
@@ -74,10 +61,11 @@ class Fits:
     incline: np.ndarray
 
 
-def fit_hands(points: np.ndarray, places: Contacts, support: float) -> Fits:
+def fit_hands(hand: Hand, points: np.ndarray, places: Contacts, support: float) -> Fits:
     """Return for each contact the lowest hand that passes the object with open fingers and then meets it.
 
     Args:
+        hand: all of them.
         points: (P, 3) the whole object, as across, along and height; it must stay clear of the palm.
         places: where the B hands come down.
         support: z of what the object stands on.
@@ -85,34 +73,34 @@ def fit_hands(points: np.ndarray, places: Contacts, support: float) -> Fits:
     count = len(places.tilt)
     sine, cosine = np.sin(places.tilt), np.cos(places.tilt)
     low = places.top - support < FLAT
-    clearance = np.where(low, FLAT_SIDE_CLEARANCE, SIDE_CLEARANCE)
-    farthest = np.full(count, reach(0.0, float(ANGLES[-1])))
+    clearance = np.where(low, hand.flat_clearance, hand.side_clearance)
+    farthest = np.full(count, hand.reach(0.0, hand.closed))
     fits = np.zeros(count, dtype=bool)
     along, height, opening, closing, width, incline = (np.zeros(count) for _ in range(6))
     sideways = points[:, 0] - places.across[:, None]
     waiting = np.arange(count)
     for attempt in range(_LIFTS):
-        down = places.depth - _LIFT * attempt - 0.040
+        down = places.depth - _LIFT * attempt - hand.tip_level
         along[waiting] = places.along[waiting] + (sine * down)[waiting]
         height[waiting] = places.top[waiting] - (cosine * down)[waiting]
         trying = waiting
         # How low the fingers reach depends on how far they close, and that on the height: flat things are met twice.
         for last in (False, True):
-            lean = LATERAL * np.abs(sine[trying])  # leaning fingers reach lower on one side
+            lean = hand.lateral * np.abs(sine[trying])  # leaning fingers reach lower on one side
             lowest = height[trying] - farthest[trying] * cosine[trying] - lean
             height[trying] += np.maximum(0.0, support + FLOOR_CLEARANCE - lowest)
             levels = sine[trying, None] * (points[:, 1] - along[trying, None])
             levels -= cosine[trying, None] * (points[:, 2] - height[trying, None])
-            free = _clear_of_palm(levels, np.abs(sideways[trying]) < _PALM_WIDTH)
+            free = _clear_of_palm(levels, np.abs(sideways[trying]) < hand.palm_width, hand.palm_level + PALM_CLEARANCE)
             trying, levels = trying[free], levels[free]
-            passing, there = _widths(levels, sideways[trying], places.section[trying], clearance[trying])
-            open_to, (closed_to, inclined) = openings_for(passing), contacts(there)
+            passing, there = _widths(hand, levels, sideways[trying], places.section[trying], clearance[trying])
+            open_to, (closed_to, inclined) = hand.openings_for(passing), hand.contacts(there)
             # A comparison with NaN is false: no opening passes, or the closing fingers never meet the object.
-            good = (closed_to >= open_to) & (there.max(axis=1) <= WIDEST)
+            good = (closed_to >= open_to) & (there.max(axis=1) <= hand.widest)
             trying, there, open_to, closed_to = trying[good], there[good], open_to[good], closed_to[good]
             opening[trying], closing[trying] = open_to, closed_to
             width[trying], incline[trying] = there.max(axis=1), inclined[good]
-            lower = farthest[trying] - reaches(open_to, closed_to)
+            lower = farthest[trying] - hand.reaches(open_to, closed_to)
             done = ~low[trying] | (lower < _LEVEL) | last
             fits[trying[done]] = True
             trying, lower = trying[~done], lower[~done]
@@ -126,15 +114,15 @@ def fit_hands(points: np.ndarray, places: Contacts, support: float) -> Fits:
     return Fits(fits, along, height, opening, closing, width, incline)
 
 
-def _clear_of_palm(levels: np.ndarray, under: np.ndarray) -> np.ndarray:
+def _clear_of_palm(levels: np.ndarray, under: np.ndarray, room: float) -> np.ndarray:
     """Return whether the points under the palm are clear of it (B,): the 1st percentile of their levels.
 
     It is counted, because to sort the points of every hand takes most of the time.
 
     Args:
         levels: (B, P) along each hand's approach direction. under: (B, P) bool.
+        room: the least level that is clear of the palm.
     """
-    room = PALM_LEVEL + PALM_CLEARANCE
     above = under & (levels < room)
     over, total = above.sum(axis=1), under.sum(axis=1)
     place = _PALM_SHARE * np.maximum(total - 1, 0)
@@ -149,21 +137,22 @@ def _clear_of_palm(levels: np.ndarray, under: np.ndarray) -> np.ndarray:
 
 
 def _widths(
-    levels: np.ndarray, sideways: np.ndarray, section: np.ndarray, clearance: np.ndarray
+    hand: Hand, levels: np.ndarray, sideways: np.ndarray, section: np.ndarray, clearance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return two (B, L), metres, for each of `LEVELS`: the width that the open hand must pass, and that of the object
-    there.
+    """Return two (B, L), metres, for each of the hand's levels: the width that the open hand must pass, and that
+    of the object there.
 
     Going down, the hand's level l passes everything that ends up at levels below l's height, that
     is between the palm and l.
     """
-    there = np.zeros((len(levels), len(LEVELS)))
-    bins = np.rint((levels - LEVELS[0]) / (LEVELS[1] - LEVELS[0])).astype(int)
-    row, point = np.nonzero(section & (bins >= 0) & (bins < len(LEVELS)))
+    there = np.zeros((len(levels), len(hand.levels)))
+    bins = np.rint((levels - hand.levels[0]) / (hand.levels[1] - hand.levels[0])).astype(int)
+    row, point = np.nonzero(section & (bins >= 0) & (bins < len(hand.levels)))
     # Twice the farther side: the hand closes about its own middle.
     np.maximum.at(there, (row, bins[row, point]), 2 * np.abs(sideways[row, point]))
     none = np.zeros((len(there), 1))
     beside = np.maximum(np.hstack((there[:, 1:], none)), np.hstack((none, there[:, :-1])))
     there = np.maximum(there, beside)
     passing = np.maximum.accumulate(there, axis=1)
-    return np.where(passing > 0.0, passing + 2 * clearance[:, None], 0.0), there
+    room = np.maximum(passing + 2 * hand.least_clearance, hand.widest)
+    return np.where(passing > 0.0, np.minimum(passing + 2 * clearance[:, None], room), 0.0), there

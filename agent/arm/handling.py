@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.controller import CARTESIAN_SPEED, FLAT_SQUEEZE, SLIDING_SPEED, TRANSFER_SPEED, ArmDriver, both_sides
 from agent.arm.events import Picked, Stopped
 from agent.arm.motion_planner import PlanningScene
@@ -17,8 +16,6 @@ HOLDING_SECONDS = 0.2  # for which an object is held after the lift before it co
 LISTENING_STEPS = 5  # of physics: a contact may be missing in one of them
 LOST = "was lost on the way"
 BLOCKED = "was put back, because somebody has changed something where it was to go"
-PUSHED = 0.1  # rad by which a finger gives way on the way down before the arm stops: its tip is 1 cm off then
-OPENED = 0.1  # rad by which all fingers give way only if the hand opens: what stands near may push one of them
 
 
 class Handling:
@@ -80,16 +77,19 @@ class Handling:
     def _meets(self, opening: float) -> Callable[[], bool]:
         """Return a function that tells whether something pushes a finger away from the angle `opening`.
 
-        Places are known to millimetres only: a finger that comes down on what stands beside must not press it away.
+        Places are known to millimetres only: a finger that comes down on what stands beside must not press it away; its
+        tip is 1 cm off then.
         """
-        return lambda: bool(np.abs(self.arm.finger_angles() - opening).max() > PUSHED)
+        give = self.arm.hand.give
+        return lambda: bool(np.abs(self.arm.finger_angles() - opening).max() > give)
 
     def holds(self) -> bool:
         """Return whether something is in the hand: the fingers have not opened, and without a weld they touch it from
         both sides.
         """
         body = self.arm.held
-        if body is None or (self.arm.finger_angles() < self._closed - OPENED).all():
+        # All fingers give way only if the hand opens: what stands near may push one of them.
+        if body is None or (self.arm.finger_angles() < self._closed - self.arm.hand.give).all():
             return False
         if self.arm.welds or self._caught:
             return True
@@ -125,12 +125,12 @@ class Handling:
         driver.wait(0.25)
         driver.follow(plan.retreat, "retreat", CARTESIAN_SPEED)
         driver.follow(plan.fold, "fold")
-        driver.open(FINGER_OPEN)
+        driver.open(self.arm.hand.open)
         driver.wait(SETTLE_SECONDS)
         return "" if held else LOST
 
     def _lost(self) -> str:
-        self._let_go(FINGER_OPEN)
+        self._let_go(self.arm.hand.open)
         fold(self.driver, self._scene)
         return LOST
 

@@ -16,9 +16,8 @@ import pybullet
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.events import Disturbed
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import BadInput
 from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, tilt_between, transform_points
@@ -72,7 +71,7 @@ class Interference:
         rng: draws objects and ways.
     """
 
-    def __init__(self, world: TabletopWorld, arm: JacoArm, names: Sequence[str], rng: np.random.Generator) -> None:
+    def __init__(self, world: TabletopWorld, arm: SimulatedArm, names: Sequence[str], rng: np.random.Generator) -> None:
         self.world, self.arm, self.names, self.rng = world, arm, names, rng
 
     # --- the acts ----------------------------------------------------------------------------
@@ -180,7 +179,7 @@ class Interference:
         believed = self.arm.held
         self.arm.drop()
         self.arm.held = believed  # what is lost has to be noticed
-        self.arm.command_fingers([FINGER_OPEN] * 3)
+        self.arm.command_fingers([self.arm.hand.open] * len(self.arm.fingers))
         for _ in range(round(FALLING_SECONDS / TIME_STEP)):
             yield
         return Disturbed("drop", index, self.names[index], "fell out of the hand, which had opened on the way")

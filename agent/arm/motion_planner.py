@@ -17,14 +17,14 @@ from ompl import base, geometric
 from ompl import util as ompl_util
 from scipy.spatial import ConvexHull, QhullError
 
-from agent.arm.kinematics import JacoArm, Kinematics
+from agent.arm.kinematics import Kinematics
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.trajectories import interpolate, trajectory
 from structdiffusion.geometry import quaternion_from_matrix
 
 CLEARANCE = 0.004  # m kept between the arm and everything else
 CHECK_STEP = 0.04  # rad between the states of a motion that are checked
 FINE_STEP = 0.01  # rad, the same for a path that is found
-FINGER_STEP = 0.1  # rad between the checked states of closing fingers: their tips move by 1 cm
 ROUNDED_STEP = 0.05  # s between the checked states of a rounded motion: 3 cm of the hand at most
 FLOOR = 1.5  # m that the floor reaches to every side
 LEDGE = 0.1  # m ahead of a base that is lower than the table, where its edge is taken to be
@@ -88,7 +88,7 @@ class PlanningScene:
         self.checks = 0
         self.held_overlap = HELD_OVERLAP
         self.client = pybullet.connect(pybullet.DIRECT)
-        self.arm = JacoArm(self.client, kinematics)
+        self.arm = SimulatedArm(self.client, kinematics)
         self._obstacles: dict[object, int] = {}
         self._held: int | None = None
         # Beside an arm that stands lower there is no floor at the table's height: it begins at the table's edge.
@@ -131,11 +131,12 @@ class PlanningScene:
             pybullet.removeBody(body, physicsClientId=self.client)
 
     def set_fingers(self, angles: Sequence[float]) -> None:
-        """Check motions with the fingers at `angles` (3,)."""
-        arm = self.arm
-        pybullet.resetJointStatesMultiDof(
-            arm.body, arm.fingers, [[angle] for angle in angles], [[0.0]] * 3, physicsClientId=self.client
-        )
+        """Check motions with the fingers at `angles` (F,)."""
+        self.arm.set_fingers(angles)
+
+    def open_fingers(self, opening: float) -> None:
+        """Check motions with all fingers at the angle `opening`."""
+        self.set_fingers([opening] * len(self.arm.fingers))
 
     def hold(self, vertices_in_ee: np.ndarray) -> None:
         """Check motions with the hull of `vertices_in_ee` (V, 3), end_effector frame, held in the hand."""
@@ -152,7 +153,7 @@ class PlanningScene:
             self._held = None
 
     def _let_hand_touch(self, body: int, allowed: bool) -> None:
-        for link in (self.arm.hand, self.arm.end_effector, *self.arm.finger_links):
+        for link in self.arm.hand_links:
             pybullet.setCollisionFilterPair(
                 body, self.arm.body, -1, link, int(not allowed), physicsClientId=self.client
             )
@@ -210,14 +211,14 @@ class PlanningScene:
         """Return whether the arm at q (n,) collides while its fingers move between two angles;
         they stay at `opening`.
         """
-        count = 1 + math.ceil(abs(closing - opening) / FINGER_STEP)
+        count = 1 + math.ceil(abs(closing - opening) / self.arm.hand.give)  # the tips move by 1 cm each time
         try:
             for angle in np.linspace(opening, closing, count):
-                self.set_fingers([float(angle)] * 3)
+                self.open_fingers(float(angle))
                 if self.collides(q, clearance, floor):
                     return True
         finally:
-            self.set_fingers([opening] * 3)
+            self.open_fingers(opening)
         return False
 
     def overlap(self, q: np.ndarray) -> float:

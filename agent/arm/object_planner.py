@@ -193,7 +193,7 @@ class ObjectPlanner:
         for standing in known:
             if standing.bottom == bottom and np.array_equal(standing.cloud, cloud):
                 return standing
-        known.append(self.standing(cloud, bottom, friction=not self.scene.arm.welds))
+        known.append(self.standing(cloud, bottom, self.scene.arm.hand, friction=not self.scene.arm.welds))
         return known[-1]
 
     def loosen(self, loose: bool) -> None:
@@ -260,7 +260,7 @@ class ObjectPlanner:
         if case not in self._taken:
             scene, lines = self.scene, self._reachability.at_pick(standing, pick)
             found: str | tuple[np.ndarray, np.ndarray]
-            scene.set_fingers([pick.grasp.opening] * 3)
+            scene.open_fingers(pick.grasp.opening)
             scene.remove_obstacle(index)
             try:
                 back = self._free(lines.back)
@@ -296,7 +296,7 @@ class ObjectPlanner:
     ) -> tuple[ObjectPlan | None, str]:
         """Plan all motions for one way to take and release; without one, return `None` and the obstacle."""
         scene, grasp, (back, lift) = self.scene, pair.pick.grasp, taken
-        scene.set_fingers([grasp.opening] * 3)
+        scene.open_fingers(grasp.opening)
         scene.remove_obstacle(index)
         try:
             carried = self._carried(standing, pair, lift[-1], release)

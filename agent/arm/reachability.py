@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from agent.arm.grasps import Grasp, grasps_of, is_round
+from agent.arm.hand import Hand
 from agent.arm.motion_planner import PlanningScene, solid_hull
 from agent.arm.trajectories import straight_lines
 from structdiffusion.geometry import pose_from_xyz_yaw, raised, transform_points
@@ -69,14 +70,14 @@ class Standing:
     """An object in one place, and what is known so far of taking it from there.
 
     Attributes:
-        cloud: (P, 3). bottom: z of the surface that it stands on.
+        cloud: (P, 3). bottom: z of the surface that it stands on. hand: what takes it.
         friction: whether the grasps must hold by friction alone.
         picks: block by block of the grasps. pairs: likewise, for each goal and release height.
         reaches: the lines from each pick.
     """
 
-    def __init__(self, cloud: np.ndarray, bottom: float, friction: bool = False) -> None:
-        self.cloud, self.bottom, self.friction = cloud, bottom, friction
+    def __init__(self, cloud: np.ndarray, bottom: float, hand: Hand, friction: bool = False) -> None:
+        self.cloud, self.bottom, self.hand, self.friction = cloud, bottom, hand, friction
         self.picks: list[list[Pick]] = []
         self.pairs: dict[tuple[bytes, float], list[list[Pair]]] = {}
         self.reaches: dict[Pick, Reach] = {}
@@ -94,7 +95,7 @@ class Standing:
     @cached_property
     def grasps(self) -> list[Grasp]:
         """Return its grasps, best first."""
-        return grasps_of(self.cloud, self.bottom, self.friction)
+        return grasps_of(self.cloud, self.hand, self.bottom, self.friction)
 
     @property
     def slides(self) -> bool:
@@ -161,7 +162,7 @@ class Reachability:
         effort = np.where(solved, np.abs(q - folded).max(axis=1), np.inf)
         picks = []
         for g, grasp in enumerate(grasps):
-            self._scene.set_fingers([grasp.opening] * 3)
+            self._scene.open_fingers(grasp.opening)
             kept: list[int] = []
             for row in g * _RESTARTS + np.argsort(effort[g * _RESTARTS : (g + 1) * _RESTARTS], kind="stable"):
                 if len(kept) == _KEPT or not solved[row]:

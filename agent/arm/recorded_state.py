@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.arm.arm_model import FINGER_CLOSED, FINGER_OPEN, FINGERS, arm_model
-from agent.arm.kinematics import JacoArm
+from agent.arm.arm_model import arm_model
+from agent.arm.jaco_hand import FINGER_CLOSED, FINGER_OPEN, FINGERS
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.state import ArmState
 from agent.errors import BadInput
 
@@ -72,7 +73,7 @@ def _within(name: str, angle: float, lower: float, upper: float, notes: list[str
     raise BadInput(f"the recording's {name} stands at {angle:.4f} rad; legal: {lower:.4f} to {upper:.4f} rad")
 
 
-def stand(arm: JacoArm, state: ArmState) -> tuple[str, ...]:
+def stand(arm: SimulatedArm, state: ArmState) -> tuple[str, ...]:
     """Put the arm into its recorded configuration, at rest; return what was assumed or corrected, a sentence each.
 
     Raises:

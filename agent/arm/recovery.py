@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.controller import CARTESIAN_SPEED, ArmDriver
-from agent.arm.kinematics import JacoArm
 from agent.arm.motion_planner import PlanningScene
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.trajectories import straight_line
 from structdiffusion.geometry import raised
 from structdiffusion.simulation.world import TabletopWorld
@@ -37,14 +36,14 @@ def set_down_below(driver: ArmDriver, height: float) -> None:
         if driver.world.clearances(index, reach=TOUCHING):
             break
         driver.follow(q[None], "set down", CARTESIAN_SPEED)
-    driver.let_go(FINGER_OPEN)
+    driver.let_go(arm.hand.open)
 
 
 def withdraw(driver: ArmDriver) -> None:
     """Open the hand and move it back from the object between its fingers: first against its approach direction,
     then up.
     """
-    driver.open(FINGER_OPEN)
+    driver.open(driver.arm.hand.open)
     driver.wait(0.3)
     pose = driver.arm.world_from_ee()
     back = pose.copy()
@@ -55,7 +54,7 @@ def withdraw(driver: ArmDriver) -> None:
             driver.follow(path, "withdraw", CARTESIAN_SPEED)
 
 
-def is_folded(arm: JacoArm) -> bool:
+def is_folded(arm: SimulatedArm) -> bool:
     """Return whether the arm is in its waiting pose."""
     folded = arm.kinematics.folded
     return bool(np.abs(arm.kinematics.unwind(arm.configuration(), folded) - folded).max() < AT_HOME)
@@ -80,21 +79,21 @@ def leave_start(driver: ArmDriver, scene: PlanningScene) -> None:
     arm = driver.arm
     start = arm.configuration()
     home = arm.kinematics.unwind(arm.kinematics.folded, start)
-    for fingers in (arm.finger_angles().tolist(), [FINGER_OPEN] * 3):
+    for fingers in (arm.finger_angles().tolist(), [arm.hand.open] * len(arm.fingers)):
         scene.set_fingers(fingers)
         path = scene.plan(start, home, overlap=scene.overlap(start) + SLACK)
         if path is not None:
             driver.follow(path, "fold")
-            driver.open(FINGER_OPEN)
+            driver.open(arm.hand.open)
             driver.wait(SETTLE_SECONDS)
             return
-        driver.open(FINGER_OPEN)
+        driver.open(arm.hand.open)
         driver.wait(OPENING_SECONDS)
     withdraw(driver)
     fold(driver, scene)
 
 
-def tidy_up(world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> bool:
+def tidy_up(world: TabletopWorld, arm: SimulatedArm, rng: np.random.Generator) -> bool:
     """Empty the hand and fold the arm after its final stop; return whether anything had to be done."""
     if arm.held is None and is_folded(arm):
         return False

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from agent.arm.arm_model import FINGER_OPEN, FINGERS, Solid, arm_model
+from agent.arm.arm_model import ArmModel, Solid, arm_model
+from agent.arm.jaco_hand import FINGER_OPEN, FINGERS
 from agent.arm.state import ArmState
 from agent.errors import BadInput
 from structdiffusion.geometry import transform_points
@@ -31,6 +34,14 @@ def distance_to_arm(points: np.ndarray, arm: ArmState) -> np.ndarray:
             f"the recording does not say how {', '.join(missing)} of its {model.name} stood; "
             f"needed: {', '.join(model.joints)}"
         )
+    return distance_to_solids(points, model, angles)
+
+
+def distance_to_solids(points: np.ndarray, model: ArmModel, angles: Mapping[str, float]) -> np.ndarray:
+    """Return distances (P,), metres, of points (P, 3) in the frame of the base to an arm whose joints are at `angles`.
+
+    The distance is 0 inside a solid and NaN for a point that is NaN.
+    """
     poses = model.link_poses(angles)
     placed = [(solid, poses[solid.link] @ solid.link_from_solid) for solid in model.solids]
     points = np.asarray(points, dtype=np.float64)

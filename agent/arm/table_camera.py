@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.arm.arm_model import FINGERS
-from agent.arm.kinematics import JacoArm
-from agent.arm.self_filter import distance_to_arm
-from agent.arm.state import ArmState
+from agent.arm.self_filter import distance_to_solids
+from agent.arm.simulated_arm import SimulatedArm
 from structdiffusion.geometry import transform_points
 from structdiffusion.simulation.depth_camera import CameraImage
 from structdiffusion.simulation.world import TabletopWorld
@@ -27,7 +25,7 @@ class TableCamera:
         rng: draws the sensor's noise.
     """
 
-    def __init__(self, world: TabletopWorld, arm: JacoArm, rng: np.random.Generator) -> None:
+    def __init__(self, world: TabletopWorld, arm: SimulatedArm, rng: np.random.Generator) -> None:
         self._world, self._arm, self._rng = world, arm, rng
         self._depth, self._points = np.empty((0, 0)), np.empty((0, 0, 3))  # of the last picture
 
@@ -55,11 +53,11 @@ class TableCamera:
         """Return which points (P, 3) of a picture taken now do not show the arm."""
         kinematics = self._arm.kinematics
         joints = dict(zip(kinematics.model.joints, self._arm.configuration().tolist(), strict=True))
-        joints |= dict(zip(FINGERS, self._arm.finger_angles().tolist(), strict=True))
+        joints |= self._arm.hand.joint_positions(self._arm.finger_angles())
         points = transform_points(np.linalg.inv(kinematics.world_from_base), points)
         near = np.flatnonzero(in_box(points, self._reach(joints)))
         off = np.ones(len(points), dtype=bool)
-        off[near[distance_to_arm(points[near], ArmState(kinematics.model.name, joints)) < ARM_MARGIN]] = False
+        off[near[distance_to_solids(points[near], kinematics.model, joints) < ARM_MARGIN]] = False
         return off
 
     def world_from_ee(self) -> np.ndarray:

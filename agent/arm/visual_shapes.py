@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pybullet
 
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from structdiffusion.geometry import pose_from_position_quaternion
 
 _IN_A_JOINT = 0.96  # share of a link's diameter that its joint has: it stays within the links
@@ -36,7 +36,7 @@ class LinkShape:
     color: tuple[int, int, int]
 
 
-def link_shapes(arm: JacoArm) -> list[LinkShape]:
+def link_shapes(arm: SimulatedArm) -> list[LinkShape]:
     """Return every solid of the arm."""
     shapes = []
     for _, link, kind, size, _, position, quaternion, color, *_ in pybullet.getVisualShapeData(
@@ -49,11 +49,13 @@ def link_shapes(arm: JacoArm) -> list[LinkShape]:
     return shapes
 
 
-def joint_shapes(arm: JacoArm) -> list[LinkShape]:
+def joint_shapes(arm: SimulatedArm) -> list[LinkShape]:
     """Return a cylinder for each joint between two links, which fills the gap where their solids do not meet."""
     found = []
-    for link in range(1, len(arm.kinematics.model.joints)):
+    for link in arm.joints[1:]:
         round_ones = [shape for shape in link_shapes(arm) if shape.link == link and shape.round]
+        if not round_ones:
+            continue
         thinnest = min(round_ones, key=lambda shape: shape.sides[0])
         diameter = _IN_A_JOINT * thinnest.sides[0]
         sides = (diameter, diameter, _JOINT_LENGTH * diameter)
@@ -61,7 +63,7 @@ def joint_shapes(arm: JacoArm) -> list[LinkShape]:
     return found
 
 
-def link_poses(arm: JacoArm) -> dict[int, np.ndarray]:
+def link_poses(arm: SimulatedArm) -> dict[int, np.ndarray]:
     """Return the present world_from_link (4, 4) of every link, `BASE` first."""
     here = {"physicsClientId": arm.client}
     world_from_inertial = pose_from_position_quaternion(

@@ -30,6 +30,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from agent.arm.arm_file import arm_checksum
 from agent.errors import AgentError, BadInput, UsageError
 from agent.event_base import json_value
 from agent.pipeline.run import RunOptions
@@ -300,6 +301,10 @@ def fingerprint(text: str, options: RunOptions) -> str:
         decides["example"] = hashlib.sha256(options.example.read_bytes()).hexdigest()
     if not options.record:  # likewise
         del decides["record"]
+    if options.arm is None:  # likewise
+        del decides["arm"]
+    elif options.arm.is_file():
+        decides["arm"] = arm_checksum(options.arm)
     del decides["reading"]["key_url"]  # who is trusted with a key decides no result
     scene = Path(options.scene)
     if scene.is_file():

@@ -123,7 +123,7 @@ def _free(table: TableScene, scene: Scene, objects: tuple[str, ...]) -> bool:
         name in seen
         and id(models[name]) in suited
         and tilt_between(poses[name], np.eye(4)) < _UPRIGHT
-        and can_be_grasped(clouds[seen[name]].points, bottoms[seen[name]])
+        and can_be_grasped(clouds[seen[name]].points, table.arm.hand, bottoms[seen[name]])
         and not any(stands_above(upper, seen[name], outlines, bottoms) for upper in range(len(clouds)))
         for name in objects
     )

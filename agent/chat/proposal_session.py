@@ -178,12 +178,12 @@ class ProposalSession(TableSession):
         spec = goal.plain_spec
         if spec is None or not planned_as_structure(spec):
             wanted, everything = put_on_table(self.table, goal)
-            return wanted, with_fixed(everything, self.table.arm.hold)
+            return wanted, with_fixed(everything, self.table.arm.hand, self.table.arm.hold)
         taking = [self.table.original_names[index] for index in goal.named_objects()]  # type: ignore[index]
         if len(taking) > MOST_OBJECTS:
             raise NotBuildable(f"{len(taking)} objects would take part; legal: up to {MOST_OBJECTS}")
         self.table.involve(taking)
-        return spec, with_fixed(self.table.look(), self.table.arm.hold)
+        return spec, with_fixed(self.table.look(), self.table.arm.hand, self.table.arm.hold)
 
     def _arranged(
         self,

@@ -63,7 +63,7 @@ class TableSession:
         self.table.world.close()
 
     def _set_out(self, options: RunOptions) -> tuple[SceneSource, TableScene]:
-        source = self._cache.source(options.scene, options.objects, options.recorded)
+        source = self._cache.source(options.scene, options.objects, options.recorded, options.arm)
         table = source.set_out(options.seed)
         table.arm.hold_by(options.hold)
         return source, table

@@ -11,6 +11,7 @@ import typer
 
 from agent.cli.config import reading_options
 from agent.cli.options import (
+    ArmOption,
     AtOption,
     CallOption,
     CameraPoseOption,
@@ -30,6 +31,7 @@ from agent.cli.options import (
     Viewpoint,
     ViewpointOption,
     WeightsOption,
+    arm_file,
     recorded_options,
 )
 
@@ -113,6 +115,7 @@ class RunArguments:
     call: CallOption = None
     allow_unverified: UnverifiedOption = False
     hold: HoldOption = Hold.friction
+    arm: ArmOption = None
 
     def recorded(self) -> RecordedOptions:
         """Return how a recording is taken.
@@ -132,10 +135,10 @@ class RunArguments:
         Raises:
             UsageError: for an illegal value.
         """
-        recorded, reading = self.recorded(), self.reading.options(ctx)
+        recorded, reading, arm = self.recorded(), self.reading.options(ctx), arm_file(self.arm)
         from agent.pipeline.run import RunOptions  # takes a second, and a wrong option is told before
 
         return RunOptions(
             self.scene, self.objects, self.model, self.weights, self.seed, reading=reading, recorded=recorded,
-            allow_unverified=self.allow_unverified, hold=self.hold.value, **more,
+            allow_unverified=self.allow_unverified, hold=self.hold.value, arm=arm, **more,
         )  # fmt: skip

@@ -13,6 +13,7 @@ from agent.cli.arguments import RunArguments, with_arguments
 from agent.cli.examples import ExactOption, LikeOption, check_example
 from agent.cli.options import (
     ForceOutOption,
+    arm_file,
 )
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import UsageError
@@ -50,6 +51,7 @@ def chat(
     claim_folder(out, "chat", force)
     check_example(like, exact, arguments.reading.parser)
     arguments.recorded()  # a wrong option is told before anything is made
+    arm_file(arguments.arm)
     if sys.stdin is None:
         raise UsageError("chat needs standard input, which is closed")
     sys.stdin.reconfigure(errors="replace")  # type: ignore[union-attr]  # a stray byte is no reason to stop

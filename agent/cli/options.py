@@ -14,6 +14,7 @@ import typer
 
 from agent.errors import UsageError
 from agent.runtime.settings import LIBRARIES, MOST_SEED
+from grounding.parse_result import shortened
 from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, legal_instead_of
 
 if TYPE_CHECKING:
@@ -123,6 +124,15 @@ HoldOption = Annotated[
     Hold,
     typer.Option(
         help="How the hand holds objects: by the fingers' friction alone, or joined to it after contact on both sides."
+    ),
+]
+JACO = "jaco"  # the arm that every command has by default
+ArmOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="jaco|FILE",
+        help="Arm that builds: jaco, or the YAML file of another one. With `run --robot`, jaco:NAME is a Jaco whose "
+        "driver (kinova-ros) uses another name than the recording or the model. [default: jaco]",
     ),
 ]
 AcceptDrawingsOption = Annotated[
@@ -249,6 +259,23 @@ def reading_of(
     pose = None if camera_pose is None else _pose(camera_pose)
     unit = None if depth_unit is None else unit_of(depth_unit)
     return ReadingOf(at, chosen, world_from_camera=pose, depth_unit=unit)
+
+
+def arm_file(arm: str | None) -> Path | None:
+    """Return the file of the arm that `--arm` names, once it has been read; `None` for the Jaco.
+
+    Raises:
+        UsageError: if it is neither the Jaco nor a file.
+        BadInput: if nothing can be planned for what the file describes.
+    """
+    if arm is None or arm.partition(":")[0] == JACO:
+        return None
+    if not Path(arm).is_file():
+        raise UsageError(f"--arm cannot be {shortened(arm)!r}; legal: {JACO}, or the YAML file of an arm")
+    from agent.arm.arm_file import load_arm
+
+    load_arm(Path(arm))
+    return Path(arm)
 
 
 def recorded_options(

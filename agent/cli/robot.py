@@ -8,13 +8,14 @@ from urllib.parse import urlsplit
 
 import typer
 
+from agent.cli.options import JACO
 from agent.errors import RobotRefused, UsageError
 from grounding.parse_result import shortened
 
 if TYPE_CHECKING:
     from agent.pipeline.real_arm import RobotOptions
 
-JACO, SCHEME, PORT = "jaco", "rosbridge", 9090
+SCHEME, PORT = "rosbridge", 9090
 YES = ("y", "yes")
 _LEGAL = f"--robot cannot be {{}}; legal: {SCHEME}://HOST:PORT, or simulation"
 
@@ -24,14 +25,6 @@ RobotOption = Annotated[
         metavar="ADDRESS",
         help="Arm that carries out what the simulation has built, after you agree: rosbridge://HOST:PORT, or "
         "simulation for a second table in physics. Needs the extra `robot`.",
-    ),
-]
-ArmOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help="Arm behind --robot: jaco, or jaco:NAME if its driver (kinova-ros) uses another name than the recording "
-        "or the model. [default: jaco]",
     ),
 ]
 ApproveOption = Annotated[
@@ -49,8 +42,8 @@ def robot_options(
         RobotRefused: if nobody could be asked.
     """
     if robot is None:
-        if arm is not None or approve:
-            raise UsageError(f"{'--approve' if approve else '--arm'} needs --robot")
+        if approve or (arm or "").startswith(f"{JACO}:"):
+            raise UsageError(f"{'--approve' if approve else '--arm ' + JACO + ':NAME'} needs --robot")
         return None
     from agent.pipeline.real_arm import SIMULATION, RobotOptions
 
@@ -87,8 +80,8 @@ def _arm_name(arm: str | None) -> str | None:
     kind, _, name = (arm or JACO).partition(":")
     if kind != JACO or (":" in (arm or "") and not name.replace("_", "").isalnum()):
         raise UsageError(
-            f"--arm cannot be {shortened(arm or '')!r}; legal: jaco, or jaco:NAME with a name of ROS, because motions "
-            "are planned only for the Jaco"
+            f"--arm cannot be {shortened(arm or '')!r} with --robot; legal: jaco, or jaco:NAME with a name of ROS, "
+            "because no other arm is moved"
         )
     return name or None
 

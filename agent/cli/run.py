@@ -22,7 +22,7 @@ from agent.cli.options import (
     RecordOption,
     print_error,
 )
-from agent.cli.robot import ApproveOption, ArmOption, RobotOption, robot_options
+from agent.cli.robot import ApproveOption, RobotOption, robot_options
 from agent.cli.serve import ViewOption, view_beside
 from agent.errors import DONE, INTERRUPTED, BadInput, UsageError
 from agent.runtime.output_ownership import OwnFolder, claim_folder
@@ -83,7 +83,6 @@ def run(
         ),
     ] = None,
     robot: RobotOption = None,
-    arm: ArmOption = None,
     approve: ApproveOption = False,
 ) -> None:
     """Carry out one instruction.
@@ -116,7 +115,7 @@ def run(
 
         for path in trajectories:
             check_export(path)
-    real = robot_options(robot, arm, approve, execute, arguments.hold, disturb)
+    real = robot_options(robot, arguments.arm, approve, execute, arguments.hold, disturb)
     options = arguments.options(ctx, execute=execute, disturb=disturbance, record=record)
     options = replace(options, reading=replace(options.reading, accept_drawings=accept_drawings))
     with folder_or_new(out, f"seed{arguments.seed}") as folder:

@@ -8,7 +8,7 @@ import numpy as np
 
 from agent.arm.events import Placed, PlanFailed, Planned, SetAside
 from agent.arm.executor import build_structure
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from structdiffusion.observation import Arrangement, Scene
 from structdiffusion.simulation.world import TabletopWorld
 
@@ -30,7 +30,7 @@ class ArmMove:
 
 def carry_out(
     world: TabletopWorld,
-    arm: JacoArm,
+    arm: SimulatedArm,
     scene: Scene,
     index: int,
     goal_from_now: np.ndarray,

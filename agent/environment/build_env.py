@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from agent.arm.kinematics import HOLDS
+from agent.arm.simulated_arm import HOLDS
 from agent.environment.episode import MODES, Episode, Move, Outcome, Seen
 from agent.errors import UsageError
 from grounding.corpus.grammar import sentences
@@ -45,7 +45,7 @@ class BuildEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         structures: shapes that are asked for, some of `grounding.spec.SHAPES`.
         observation: one of `OBSERVATIONS`.
         mode: "place" releases objects above their goals; "arm" lets the arm pick and place them, which takes longer.
-        hold: with the mode "arm", how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: with the mode "arm", how the hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
         render_mode: "rgb_array", or `None`.
 
     Raises:

@@ -94,7 +94,7 @@ class Episode:
     Args:
         scene: the scene; its first objects take part, the others stay where they are.
         mode: one of `MODES`.
-        hold: how the arm's hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how the arm's hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
 
     Attributes:
         scene: the scene.
@@ -110,9 +110,9 @@ class Episode:
         self._world = TabletopWorld(drawn.models, list(drawn.world_from_initial), drawn.table, scene.camera)
         self._arm = None
         if mode == "arm":
-            from agent.arm.kinematics import JacoArm
+            from agent.arm.simulated_arm import SimulatedArm
 
-            self._arm = JacoArm(self._world.client)
+            self._arm = SimulatedArm(self._world.client)
             self._arm.hold_by(hold)
         self._seen = self.look()
 

@@ -16,13 +16,15 @@ import numpy as np
 import torch
 
 import agent.arm
+from agent.arm.arm_file import arm_checksum, load_arm
 from agent.arm.build_listeners import BuildListeners
 from agent.arm.events import PickFailed, Placed, PlaceFailed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.fixed_objects import with_fixed
-from agent.arm.kinematics import JacoArm
+from agent.arm.kinematics import Kinematics
 from agent.arm.placement_rules import moving
 from agent.arm.remainder import Remainder
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import NoValidGoal
 from agent.evaluation.planner_config import BuildConfig
 from agent.evaluation.report import (
@@ -62,9 +64,23 @@ class ArmConfig(BuildConfig):
 
     Attributes:
         objects_per_scene: as for `conditions_of`.
+        arm: the file of the arm that builds; `None` for the Jaco.
     """
 
     objects_per_scene: str | None = None
+    arm: str | None = None
+
+    @property
+    def kinematics(self) -> Kinematics:
+        """Return the arm where it stands.
+
+        Raises:
+            BadInput: as `load_arm`.
+        """
+        if self.arm is None:
+            return Kinematics()
+        model = load_arm(Path(self.arm))
+        return Kinematics(model, model.mounted)
 
     @property
     def conditions(self) -> Conditions:
@@ -105,12 +121,15 @@ def measure_arm(
     checked_planner(model, config.weights, config.allow_unverified)
     library = load_objects(config.objects)
     stored = {"evaluation": "arm"} | config.rows_fingerprint(library, [model], (agent.arm,))
+    if config.arm is not None:
+        stored["arm"] = arm_checksum(Path(config.arm))
 
     def compute(force: Workforce, missing: Sequence[Place]) -> Iterable[Row | Lost]:
         scenes, lost = draw_scenes(force, library, missing, config.seed, conditions)
         scenes = with_sentences(scenes, parsed=model in SENTENCE_PLANNERS)
         load = partial(checked_planner, model, config.weights, config.allow_unverified)
-        return chain(lost, force.do(partial(_build_scene, config.candidates, config.hold), load, (), scenes))
+        build = partial(_build_scene, config.candidates, config.hold, config.kinematics)
+        return chain(lost, force.do(build, load, (), scenes))
 
     rows = stored_scene_rows(
         compute, stored, [(shape, number) for number in range(count) for shape in structures], config.seed,
@@ -120,7 +139,7 @@ def measure_arm(
         "arm", objects=config.objects, scenes=count, seed=config.seed, model=model,
         structure=None if tuple(structures) == FIRST_SHAPES else list(structures), weights=config.weights,
         candidates=config.candidates, objects_per_scene=config.objects_per_scene,
-        allow_unverified=config.allow_unverified, hold=config.hold,
+        allow_unverified=config.allow_unverified, hold=config.hold, arm=config.arm,
     )  # fmt: skip
     return report_by_structure(report_frame(command, len(rows), config.seed, (agent.arm,)), rows, _rates)
 
@@ -138,7 +157,7 @@ def print_arm(report: dict[str, Any], results: TextIO) -> None:
     print_footer(report, results, missing_note(lost, "scene"))
 
 
-def _build_scene(candidates: int, hold: str, planner: Planner, scene: EvaluationScene) -> Row:
+def _build_scene(candidates: int, hold: str, kinematics: Kinematics, planner: Planner, scene: EvaluationScene) -> Row:
     """Observe, plan, build and judge one scene; return its row."""
     drawn, started = scene.drawn, time.perf_counter()
     row: Row = {
@@ -154,10 +173,10 @@ def _build_scene(candidates: int, hold: str, planner: Planner, scene: Evaluation
     }
     rng = np.random.default_rng((scene.seed, scene.number, drawn.count))
     with TabletopWorld(drawn.models, drawn.world_from_initial, drawn.table) as world:
-        arm = JacoArm(world.client)
+        arm = SimulatedArm(world.client, kinematics)
         arm.hold_by(hold)
         observed = world.observe(rng, range(drawn.count), range(drawn.count, len(drawn.models)))
-        observed = with_fixed(observed, hold)
+        observed = with_fixed(observed, arm.hand, hold)
         initial = np.array(world.poses()[: drawn.count])
         try:
             goal = StructureGoal(scene.parsed or scene.spec, scene.words, scene.embedding)

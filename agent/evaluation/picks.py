@@ -17,7 +17,7 @@ import numpy as np
 
 from agent.arm.events import Picked, PickFailed, PlaceFailed, PlanFailed
 from agent.arm.executor import build_structure
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import BadInput
 from agent.evaluation.report import (
     command_line,
@@ -63,7 +63,7 @@ def measure_picks(objects: str, count: int, seed: int, hold: str, workers: int) 
         objects: as for `load_objects`.
         count: picks.
         seed: of objects, poses, sensor noise and planning.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how the hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
         workers: processes.
 
     Raises:
@@ -117,7 +117,7 @@ def _pick(hold: str, seed: int, _: object, pick: Pick) -> Row:
             stands = world.pose(0)
             if tilt_between(stands, start) > MAX_TILT:
                 continue
-            arm = JacoArm(world.client)
+            arm = SimulatedArm(world.client)
             arm.hold_by(hold)
             try:
                 scene = world.observe(rng, [0])

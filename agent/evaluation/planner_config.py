@@ -54,7 +54,7 @@ class BuildConfig(PlannerConfig):
 
     Attributes:
         model: the planner.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how the hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
     """
 
     model: str = "diffusion"

@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from agent import events
-from agent.arm.arm_model import FINGER_CLOSED
 from agent.arm.events import Noticed, PickFailed, PlaceFailed
+from agent.arm.jaco_hand import FINGER_CLOSED
 from agent.errors import ExecutedUnverified, ExecutionFailed, RobotRefused
 from agent.event_base import Event
 from agent.pipeline.event_builders import describe_shortfall

@@ -34,7 +34,7 @@ class ResourceCache:
         self._interpreters: dict[ReadingOptions, Interpreter] = {}
         self._planners: dict[tuple[str, Path | None, bool], Planner] = {}
         self._provenance: dict[tuple[str, Path | None], Mapping[str, Provenance]] = {}
-        self._libraries: dict[str, SceneSource] = {}
+        self._libraries: dict[tuple[str, Path | None], SceneSource] = {}
 
     @cached_property
     def encoder(self) -> SentenceEncoder:
@@ -103,20 +103,22 @@ class ResourceCache:
             self.interpreter(reading).interpret("a circle")
         self.planner(model, weights, allow_unverified)
 
-    def source(self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
+    def source(
+        self, scene: str, objects: str, recorded: RecordedOptions = RecordedOptions(), arm: Path | None = None
+    ) -> SceneSource:
         """Return a scene source, as `agent.scenes.sources.scene_source`; files are read again, because they can be
         edited."""
         from agent.scenes.sources import SIMULATED, scene_source
 
         if scene != SIMULATED or recorded.given:
-            source = scene_source(scene, objects, recorded)
+            source = scene_source(scene, objects, recorded, arm)
             if hasattr(source, "pictures"):
                 source.pictures = self.pictures
             return source
         with self._lock:
-            if objects not in self._libraries:
-                self._libraries[objects] = scene_source(scene, objects)
-            return self._libraries[objects]
+            if (objects, arm) not in self._libraries:
+                self._libraries[objects, arm] = scene_source(scene, objects, arm=arm)
+            return self._libraries[objects, arm]
 
 
 def _use_one_thread() -> None:

@@ -66,11 +66,12 @@ class RunOptions:
         reading: how the instruction is read.
         recorded: how a recording is taken.
         allow_unverified: take checkpoints that are not what their cards say.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how the hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
         disturb: what disturbs the build; `None` for nothing.
         example: the file that instructions speak of as "the same"; the figure that it shows is `reading.like`.
         exact: whether its places are copied to the millimetre.
         record: whether the build is recorded, by whoever listens to it.
+        arm: the file of the arm that builds, as `agent.arm.arm_file.load_arm` takes it; `None` for the Jaco.
     """
 
     scene: str = "simulated"
@@ -87,6 +88,7 @@ class RunOptions:
     example: Path | None = None
     exact: bool = False
     record: bool = False
+    arm: Path | None = None
 
 
 def run_instruction(
@@ -156,11 +158,8 @@ class _Run:
             check_disturbance(options.disturb, options.scene, options.execute)
         if options.scene != RunOptions.scene:  # a file that cannot be used should not cost the loading of models
             self.step, began = "scene", time.perf_counter()
-            source = cache.source(options.scene, options.objects, options.recorded)
-            if self.trajectories and source.other_arm:
-                raise BadInput(f"{source.other_arm}; without --export-trajectory, the run builds on the twin")
-            if self.robot and source.other_arm:
-                raise BadInput(f"{source.other_arm}; without --robot, the run builds on the twin")
+            source = cache.source(options.scene, options.objects, options.recorded, options.arm)
+            self._check_arm(source)
             opening = time.perf_counter() - began
         self.step, began = "parse", time.perf_counter()
         there = None if source is None else source.referents  # a scene is drawn for what is asked for
@@ -171,7 +170,8 @@ class _Run:
         networks = cache.provenance(options.model, options.weights)
         self.step, began = "scene", time.perf_counter() - opening
         if source is None:
-            source = cache.source(options.scene, options.objects, options.recorded)
+            source = cache.source(options.scene, options.objects, options.recorded, options.arm)
+            self._check_arm(source)
             goal = self._ok(goal.among(source.referents, source.catalogue), source)
         notes = (*self._drawn, *goal.notes, *(one.card for one in networks.values() if not one.verified))
         spec = goal.goal.plain_spec
@@ -192,7 +192,7 @@ class _Run:
             if self.on_table is not None:
                 self.on_table(table)
             if planned_as_structure(spec):
-                scene = self._with_fixed(table.look())
+                scene = self._with_fixed(table.look(), table)
                 yield perceived_event(scene, time.perf_counter() - began, table)
                 if fixed := describe_fixed(scene):
                     yield events.Noted(fixed)
@@ -228,15 +228,21 @@ class _Run:
             raise NotBuildable(why_not(goal, names, "" if source is None else source.hint))
         return goal
 
-    def _with_fixed(self, scene: Scene) -> Scene:
+    def _check_arm(self, source: SceneSource) -> None:
+        """Raise `BadInput` if what is asked for needs a Jaco, and the arm is none."""
+        for option, asked in (("--export-trajectory", self.trajectories), ("--robot", self.robot)):
+            if asked and source.other_arm:
+                raise BadInput(f"{source.other_arm}; without {option}, the run builds in the simulation")
+
+    def _with_fixed(self, scene: Scene, table: TableScene) -> Scene:
         """Mark what the arm cannot grasp, if it is to build."""
-        return with_fixed(scene, self.options.hold) if self.options.execute else scene
+        return with_fixed(scene, table.arm.hand, self.options.hold) if self.options.execute else scene
 
     def _whole(self, table: TableScene, goal: Goal, began: float) -> Iterator[Event]:
         """Carry out a goal of several parts in one build; `began` is when the scene's step did."""
         options, cache = self.options, self.cache
         wanted, scene = put_on_table(table, goal)
-        scene = self._with_fixed(scene)
+        scene = self._with_fixed(scene, table)
         looking = time.perf_counter() - began
         yield perceived_event(scene.select(wanted.movable), looking, table)
         if fixed := describe_fixed(scene, wanted.movable):

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.arm.arm_model import DEFAULT_MODEL, FINGER_OPEN, FINGERS, arm_model
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
+from agent.arm.jaco_hand import FINGER_OPEN, FINGERS
 from agent.arm.state import ArmState
 from agent.errors import NotBuildable
 from agent.pipeline.instruction_parser import ReadingOptions

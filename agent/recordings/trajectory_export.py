@@ -37,12 +37,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from agent.arm.arm_model import FINGER_SPEED, FINGER_TIPS, FINGERS, ArmModel
+from agent.arm.arm_model import ArmModel
+from agent.arm.jaco_hand import FINGER_TIPS, FINGERS
 from agent.errors import BadInput, UsageError
 from structdiffusion.simulation.world import TIME_STEP
 
 if TYPE_CHECKING:
-    from agent.arm.kinematics import JacoArm
+    from agent.arm.simulated_arm import SimulatedArm
     from agent.recordings.bag_writer import BagWriter
 
 SCHEMA_VERSION = 1
@@ -88,7 +89,7 @@ class TrajectoryLog:
         self._begun: list[tuple[str, list[_Sample]]] = []
         self._steps = 0
 
-    def begin(self, doing: str, arm: JacoArm) -> None:
+    def begin(self, doing: str, arm: SimulatedArm) -> None:
         """Begin a motion; one of the same name continues."""
         now = self._sample(arm)
         if self._begun:
@@ -96,13 +97,13 @@ class TrajectoryLog:
         if not self._begun or self._begun[-1][0] != doing:
             self._begun.append((doing, [now]))
 
-    def step(self, arm: JacoArm) -> None:
+    def step(self, arm: SimulatedArm) -> None:
         """Record that a physics step is done."""
         self._steps += 1
         if self._begun and self._steps % EVERY == 0:
             self._begun[-1][1].append(self._sample(arm))
 
-    def _sample(self, arm: JacoArm) -> _Sample:
+    def _sample(self, arm: SimulatedArm) -> _Sample:
         moved = np.concatenate((arm.configuration() + arm.wound, arm.finger_angles()))
         return _Sample(self._steps, arm.set_point + arm.wound, arm.finger_set_point.copy(), moved)
 
@@ -118,7 +119,7 @@ class TrajectoryLog:
             needed = [
                 np.diff([each.steps for each in samples]) * TIME_STEP,
                 np.abs(np.diff(joints, axis=0) / (MARGIN * model.velocity)).max(axis=1),
-                np.abs(np.diff(fingers, axis=0) / (MARGIN * FINGER_SPEED)).max(axis=1),
+                np.abs(np.diff(fingers, axis=0) / (MARGIN * model.hand.speed)).max(axis=1),
             ]
             times = np.concatenate(([0.0], np.cumsum(np.max(needed, axis=0))))
             later = np.concatenate(([True], np.diff(times) > 0.0))

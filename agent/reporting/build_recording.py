@@ -29,7 +29,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from agent.arm.arm_model import FINGERS
 from agent.errors import BadInput, NotWritten
 from agent.rendering.image_files import webp_of
 from agent.reporting.recorded_scene import RecordedScene, SceneRecorder
@@ -96,7 +95,7 @@ class BuildRecorder:
         if self._steps % _EVERY == 0:
             arm = table.arm
             model = arm.kinematics.model
-            self._arm = {"model": model.name, "joints": list(model.joints), "fingers": list(FINGERS)}
+            self._arm = {"model": model.name, "joints": list(model.joints), "fingers": list(model.hand.fingers)}
             row = (arm.configuration(), arm.finger_angles(), arm.set_point, arm.finger_set_point)
             self._rows.append(tuple(np.array(values, np.float32) for values in row))
             self._pictures.append(webp_of(table.world.picture(width=WIDTH, height=HEIGHT)))

@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from agent.arm.arm_model import FINGER_SPEED
+from agent.arm.jaco_hand import FINGER_SPEED
 from agent.errors import RobotRefused, RobotStopped
 from agent.robots.limits import JointLimits, Workspace
 from agent.robots.link import CANCELED, REFUSED, SUCCEEDED, JointState, Link, Outcome

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.arm.arm_model import FINGER_EFFORT, FINGER_SPEED
 from agent.arm.controller import GRIP_ITERATIONS, LOCKED, SQUEEZING_SECONDS, TIP_LEAD, TIP_SHARE
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.robots.limits import JointLimits
 from agent.robots.link import CANCELED, SUCCEEDED, JointState, Outcome
 from agent.robots.trajectory import Grip, Trajectory
@@ -24,7 +23,7 @@ class SimulatedLink:
         arm: the arm, loaded into `world.client`.
     """
 
-    def __init__(self, world: TabletopWorld, arm: JacoArm) -> None:
+    def __init__(self, world: TabletopWorld, arm: SimulatedArm) -> None:
         self._world, self._arm, self._names = world, arm, JointLimits.of_arm(arm.kinematics.model)
         self._steps, self._began = 0, 0.0
         self._motion: Trajectory | Grip | None = None
@@ -92,14 +91,15 @@ class SimulatedLink:
 
     def _grip(self, grip: Grip) -> None:
         """Drive the fingers on; where something stops one, fingers 2 and 3 press on it, as in a build of the twin."""
-        arm, reach = self._arm, FINGER_SPEED * (self.now() - self._began)
+        arm, hand = self._arm, self._arm.hand
+        reach = hand.speed * (self.now() - self._began)
         way = grip.angles - self._fingers
         met = bool((grip.angles - arm.finger_angles() > MET).any())
         if met and reach > np.abs(way).max():
-            effort = FINGER_EFFORT / 2
+            efforts = np.where(hand.locked, LOCKED, hand.grip_effort).tolist()
             tips = list(arm.tip_angles() + TIP_LEAD)
-            arm.command_fingers(list(grip.angles), (LOCKED, effort, effort), tips, (TIP_SHARE * effort,) * 3)
+            arm.command_fingers(list(grip.angles), efforts, tips, [TIP_SHARE * hand.grip_effort] * len(tips))
         else:
             arm.command_fingers(list(self._fingers + np.clip(way, -reach, reach)))
-        if reach > np.abs(way).max() + FINGER_SPEED * SQUEEZING_SECONDS:
+        if reach > np.abs(way).max() + hand.speed * SQUEEZING_SECONDS:
             self._motion, self._outcome = None, Outcome(CANCELED if met else SUCCEEDED)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.arm.kinematics import WORLD_FROM_BASE, JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.visual_shapes import LinkShape, joint_shapes, link_poses, link_shapes
 from agent.rendering.surfaces import Surface, box, cylinder
 from structdiffusion.geometry import pose_from_position_quaternion, transform_points
@@ -57,12 +57,12 @@ class FilmCamera:
     def __init__(
         self,
         world: TabletopWorld,
-        arm: JacoArm,
+        arm: SimulatedArm,
         models: Mapping[str, ObjectModel],
         poses: Callable[[], Mapping[str, np.ndarray]],
     ) -> None:
         self._arm, self._ground, self._models, self._poses = arm, world.ground, dict(models), poses
-        motion = arm.kinematics.world_from_base @ np.linalg.inv(WORLD_FROM_BASE)
+        motion = arm.kinematics.world_from_base @ np.linalg.inv(arm.model.mounted)
         usual = VIEWS[BESIDE]
         eye, target = transform_points(motion, np.array((usual.eye, usual.target))).tolist()
         self.lens = replace(usual, eye=tuple(eye), target=tuple(target))

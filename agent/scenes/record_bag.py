@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.arm.arm_model import END_EFFECTOR, FINGER_TIPS, FINGERS
+from agent.arm.arm_model import END_EFFECTOR
+from agent.arm.jaco_hand import FINGER_TIPS, FINGERS
 from agent.recordings.bag_writer import BagWriter
 from agent.recordings.message_builders import (
     color_message,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.grasps import can_be_grasped
 from agent.errors import UsageError
 from agent.perception.segments import Segment, Segments
@@ -93,4 +94,4 @@ def _trouble(cloud: ObjectCloud, world_from_object: np.ndarray, table: Table) ->
     """Say why the arm cannot grasp an object; empty if it can."""
     if table.overhang(world_from_object[None, :2, 3]) > 0.0:
         return "out of the arm's reach"
-    return "" if can_be_grasped(cloud.points, cloud.bottom) else "no grasp fits the hand"
+    return "" if can_be_grasped(cloud.points, arm_model(DEFAULT_MODEL).hand, cloud.bottom) else "no grasp fits the hand"

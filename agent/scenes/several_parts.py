@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from agent.arm.arm_model import ArmModel
 from agent.scenes.limits import MOST_OBJECTS as MOST_PLANNED
 from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
+from agent.scenes.workcell import Workcell
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, RelationPart, StructurePart
 from grounding.resolve.attributes import SceneObject
@@ -41,20 +43,23 @@ _REACH = 0.72  # m from the arm's base: farther off few grasps are left
 _WIDEST_DISTRACTOR = 0.08  # m: its radius
 
 
-def several_parts_scene(library: Sequence[ObjectModel], goal: Interpretation, seed: int) -> TableScene:
+def several_parts_scene(
+    library: Sequence[ObjectModel], goal: Interpretation, seed: int, arm: ArmModel | None = None
+) -> TableScene:
     """Draw a table for a goal of several parts, on which everything takes part.
 
     Args:
         library: the objects to draw from.
         goal: the goal; its indices are those of the library.
         seed: everything about the scene follows from it.
+        arm: another arm than the Jaco.
 
     Raises:
         SceneError: if no draw has the objects that the instruction names, or the table has no room for them.
     """
     rng, noise = drawing_and_noise(seed)
     models, poses = draw_several_parts(library, goal, rng)
-    return TableScene(models, poses, len(models), noise)
+    return TableScene(models, poses, len(models), noise, Workcell(model=arm))
 
 
 def draw_several_parts(

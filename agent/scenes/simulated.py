@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from agent.arm.arm_model import ArmModel
 from agent.scenes.object_attributes import attributes_of
 from agent.scenes.table_scene import TableScene, drawing_and_noise
 from agent.scenes.workcell import Workcell
@@ -29,15 +30,18 @@ class SimulatedScene(TableScene):
         library: the objects to draw from.
         goal: what will be asked for, with the objects of the library that it selected; open slots stay open.
         seed: everything about the scene follows from it: objects, poses and the sensor's noise.
+        arm: another arm than the Jaco.
 
     Raises:
         SceneError: if these objects cannot make such a structure on this table.
     """
 
-    def __init__(self, library: Sequence[ObjectModel], goal: Interpretation, seed: int) -> None:
+    def __init__(
+        self, library: Sequence[ObjectModel], goal: Interpretation, seed: int, arm: ArmModel | None = None
+    ) -> None:
         drawing, noise = drawing_and_noise(seed)
         drawn = draw_goal_scene(library, goal, drawing)
-        super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, Workcell(drawn.table))
+        super().__init__(drawn.models, drawn.world_from_initial, drawn.count, noise, Workcell(drawn.table, model=arm))
 
 
 def described(models: Sequence[ObjectModel]) -> list[SceneObject]:

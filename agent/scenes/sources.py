@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from agent.arm.arm_file import load_arm
+from agent.arm.arm_model import ArmModel
 from agent.errors import UsageError
 from agent.recordings.recording import RecordedOptions
 from agent.runtime.progress import report_when_slow
@@ -82,21 +84,30 @@ class SceneSource(Protocol):
         """
 
 
-def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedOptions()) -> SceneSource:
+def scene_source(
+    scene: str, objects: str, recorded: RecordedOptions = RecordedOptions(), arm: Path | None = None
+) -> SceneSource:
     """Return the source that a run asks for.
 
     Args:
         scene: "simulated", "example", or the path of a scene file or a recording.
         objects: the library of a simulated scene, as for `load_objects`.
         recorded: how a recording is taken.
+        arm: the file of another arm than the Jaco.
 
     Raises:
-        UsageError: for an unknown kind of scene, and for options of recordings without a recording.
+        UsageError: for an unknown kind of scene, for options of recordings without a recording, and for another arm
+            than that of a recording.
         BadInput: for a file or folder that is not there or cannot be used.
         ObjectError: for objects that are not there.
     """
     path = Path(scene)
     if scene == EXAMPLE or path.suffix.lower() in RECORDINGS or (scene and path.is_dir()):
+        if arm is not None:
+            raise UsageError(
+                f"--arm cannot be {shortened(str(arm))!r} with the recording {shortened(scene)!r}, on which a Jaco is "
+                "planned for; leave out one of them"
+            )
         from agent.recordings import example_path
         from agent.scenes.digital_twin import RecordedSource
 
@@ -108,14 +119,14 @@ def scene_source(scene: str, objects: str, recorded: RecordedOptions = RecordedO
         )
     if scene == SIMULATED:
         with report_when_slow(f"reading the meshes in {objects!r}", lambda: _has_much_to_read(Path(objects))):
-            return DrawnSource(objects)
+            return DrawnSource(objects, arm)
     if path.suffix.lower() not in SUFFIXES and not path.is_file():
         files = ", ".join((*SUFFIXES, *RECORDINGS))
         raise UsageError(
             f"--scene cannot be {shortened(scene)!r}; legal: {SIMULATED}, {EXAMPLE}, a folder, or a file that ends in "
             f"one of {files}"
         )
-    return FileSource(path)
+    return FileSource(path, arm)
 
 
 def _has_much_to_read(folder: Path) -> bool:
@@ -123,15 +134,22 @@ def _has_much_to_read(folder: Path) -> bool:
     return folder.is_dir() and sum(file.stat().st_size for file in files if file.is_file()) > SLOW_BYTES
 
 
+def _other(arm: Path | None) -> tuple[ArmModel | None, str]:
+    """Return the arm of a file, and why no trajectory is exported for it."""
+    if arm is None:
+        return None, ""
+    return load_arm(arm), f"the arm of {str(arm)!r} is no Jaco, and trajectories are written for a Jaco"
+
+
 class DrawnSource:
     """Scenes drawn from a library so that the goal can be built."""
 
     catalogue = True
     hint = ""
-    other_arm = ""
 
-    def __init__(self, objects: str) -> None:
+    def __init__(self, objects: str, arm: Path | None = None) -> None:
         self._name = objects
+        self._arm, self.other_arm = _other(arm)
         self._library = load_objects(objects)
         self.referents = [SceneObject(model.category, attributes_of(model)) for model in self._library]
 
@@ -140,8 +158,8 @@ class DrawnSource:
         spec = goal.goal.plain_spec
         # A word may need many blocks of few models
         if spec is None or (spec.shape is not None and is_figure(spec.shape)):
-            return several_parts_scene(self._library, goal, seed)
-        return SimulatedScene(self._library, goal, seed)
+            return several_parts_scene(self._library, goal, seed, self._arm)
+        return SimulatedScene(self._library, goal, seed, self._arm)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`.
@@ -151,7 +169,8 @@ class DrawnSource:
         """
         drawing, noise = drawing_and_noise(seed)
         drawn = assortment(self._library, drawing, turn=seed)
-        return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, Workcell(drawn.table))
+        workcell = Workcell(drawn.table, model=self._arm)
+        return TableScene(drawn.models, drawn.world_from_initial, len(drawn.models), noise, workcell)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
@@ -168,10 +187,10 @@ class FileSource:
 
     catalogue = False
     hint = ""
-    other_arm = ""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, arm: Path | None = None) -> None:
         self.standing = load_scene(path)
+        self._arm, self.other_arm = _other(arm)
         self.referents = [
             SceneObject(entry.display_name, attributes_at(attributes_of(entry.model), entry.world_from_object))
             for entry in self.standing
@@ -179,16 +198,15 @@ class FileSource:
 
     def open(self, goal: Interpretation, seed: int) -> TableScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
-        return self.set_out(seed) if goal.goal.plain_spec is None else FileScene(self.standing, goal, seed)
+        return self.set_out(seed) if goal.goal.plain_spec is None else FileScene(self.standing, goal, seed, self._arm)
 
     def set_out(self, seed: int) -> TableScene:
         """See `SceneSource`; from the seed follows the sensor's noise."""
         _, noise = drawing_and_noise(seed)
         poses = np.array([entry.world_from_object for entry in self.standing])
         models, names = [entry.model for entry in self.standing], [entry.name for entry in self.standing]
-        return TableScene(
-            models, poses, len(models), noise, names=names, display_names=[each.name for each in self.referents]
-        )
+        cell, display_names = Workcell(model=self._arm), [each.name for each in self.referents]
+        return TableScene(models, poses, len(models), noise, cell, names, display_names)
 
     def saved(self, table: TableScene, folder: Path) -> list[PlacedObject]:
         """Return the table as it stands now, as the lines of a scene file in `folder`."""
@@ -207,12 +225,15 @@ class FileScene(TableScene):
         standing: the objects, in the order of the file.
         goal: what will be asked for, with those of the objects that it selected.
         seed: the sensor's noise follows from it.
+        arm: another arm than the Jaco.
 
     Raises:
         SceneError: if too few or too many take part.
     """
 
-    def __init__(self, standing: Sequence[StandingObject], goal: Interpretation, seed: int) -> None:
+    def __init__(
+        self, standing: Sequence[StandingObject], goal: Interpretation, seed: int, arm: ArmModel | None = None
+    ) -> None:
         assert goal.selection is not None
         selected = sorted(goal.selection.indices)
         check_count([standing[index].name for index in selected], len(standing), goal.spec)
@@ -223,6 +244,7 @@ class FileScene(TableScene):
             np.array([entry.world_from_object for entry in ordered]),
             len(selected),
             noise,
+            Workcell(model=arm),
             names=[entry.name for entry in ordered],
             display_names=[entry.display_name for entry in ordered],
         )

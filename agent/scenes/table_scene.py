@@ -11,11 +11,10 @@ from typing import Self
 
 import numpy as np
 
-from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.interference import keep_away
-from agent.arm.kinematics import JacoArm, Kinematics
 from agent.arm.recorded_state import stand
 from agent.arm.recovery import AT_HOME, is_folded, tidy_up
+from agent.arm.simulated_arm import SimulatedArm
 from agent.scenes.film_camera import FilmCamera
 from agent.scenes.object_attributes import attributes_at, attributes_of
 from agent.scenes.object_placement import lowest_point
@@ -100,13 +99,12 @@ class TableScene:
             self.models, self.world_from_initial, workcell.table, workcell.camera, workcell.ground
         )
         arm = workcell.arm
-        model = arm_model(DEFAULT_MODEL if arm is None else arm.model)
-        self.arm = JacoArm(self.world.client, Kinematics(model, workcell.world_from_base))
+        self.arm = SimulatedArm(self.world.client, workcell.kinematics)
         self.arm.stand_on(self.world.table_body)
         if arm is not None:
             self.notes += stand(self.arm, arm)
         self._stood = self.arm.configuration()
-        self.prefix = f"{model.name}_" if arm is None else arm.prefix
+        self.prefix = f"{self.arm.model.name}_" if arm is None else arm.prefix
 
     def __enter__(self) -> Self:
         return self

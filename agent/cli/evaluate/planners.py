@@ -11,6 +11,7 @@ import typer
 from agent.cli.arguments import with_arguments
 from agent.cli.evaluate.options import EvaluationArguments, RowsOption, ScenesOption, finish
 from agent.cli.options import (
+    ArmOption,
     ForceOutOption,
     Hold,
     HoldOption,
@@ -23,6 +24,7 @@ from agent.cli.options import (
     SeedOption,
     UnverifiedOption,
     WeightsOption,
+    arm_file,
 )
 from agent.runtime.output_ownership import claim_folder
 from agent.runtime.stdio import import_pybullet_silently
@@ -108,6 +110,7 @@ def arm(
     scenes: ScenesOption = 5,
     objects_per_scene: CountOption = None,
     hold: HoldOption = Hold.friction,
+    arm: ArmOption = None,
 ) -> None:
     """Measure how often the arm builds a structure.
 
@@ -119,11 +122,18 @@ def arm(
 
     Example: structagent evaluate arm --objects ycb --scenes 5 --out out/arm
     """
+    file = arm_file(arm)
     arguments.begin()
     from agent.evaluation.arm import ArmConfig, measure_arm, print_arm
     from agent.evaluation.success.measure import checked_structures
 
-    config = ArmConfig(**arguments.settings, model=model, hold=hold.value, objects_per_scene=objects_per_scene)
+    config = ArmConfig(
+        **arguments.settings,
+        model=model,
+        hold=hold.value,
+        objects_per_scene=objects_per_scene,
+        arm=None if file is None else str(file),
+    )
     measure = partial(measure_arm, config, checked_structures(structure), scenes, **arguments.storing)
     arguments.finish(measure, print_arm)
 

@@ -26,7 +26,7 @@ class EnvironmentConfig(PlannerConfig):
 
     Attributes:
         mode: one of `agent.environment.episode.MODES`.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how the hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
         actions: the most of an episode.
         structures: the shapes that are asked for, of those that the parser of slots was taught.
     """

@@ -22,7 +22,7 @@ class FiguresConfig(PlannerConfig):
     Attributes:
         model: the planner.
         arm: also build the best-ranked arrangements with the arm.
-        hold: how its hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how its hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
     """
 
     model: str = "diffusion"

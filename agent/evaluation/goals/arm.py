@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from agent.arm.executor import build_structure
-from agent.arm.kinematics import JacoArm
 from agent.arm.placement_rules import moving
+from agent.arm.simulated_arm import SimulatedArm
 from agent.evaluation.arm import record_build
 from agent.pipeline.table_goal import TableGoal
 from agent.pipeline.verdict import judge_goal
@@ -31,7 +31,7 @@ def build_goal_scene(
         scene: the scene.
         observed: the observation of it.
         arrangements: best first.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how the hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
 
     Returns:
         "planned"; "to_place" and "placed", numbers of objects; "rank" of the arrangement that was built, from 1;
@@ -51,7 +51,7 @@ def build_goal_scene(
     with TabletopWorld(scene.models, list(scene.world_from_initial), scene.table) as world:
         world.reorder(order)
         names = [scene.names[index] for index in order]
-        arm = JacoArm(world.client)
+        arm = SimulatedArm(world.client)
         arm.hold_by(hold)
         work = build_structure(world, arm, part, choices, rng=rng, rules=wanted.placement_rules(part))
         rank, placed = record_build(work, row)

@@ -21,7 +21,7 @@ class GoalsConfig(PlannerConfig):
 
     Attributes:
         arm: also build with the arm if the arrangement stands without it.
-        hold: how its hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how its hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
     """
 
     arm: bool = False

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.fixed_objects import with_fixed
 from agent.event_base import json_value
 from grounding.goals.description import describe_parts
@@ -81,7 +82,7 @@ def liftable_proposals(
     hold: str,
 ) -> list[GoalArrangement]:
     """Return arrangements that leave where it is what no grasp fits; those given, if the hand can lift everything."""
-    liftable = with_fixed(observed, hold)
+    liftable = with_fixed(observed, arm_model(DEFAULT_MODEL).hand, hold)
     return proposals_of(planner, scene, liftable, candidates)[0] if liftable.fixed else arrangements
 
 

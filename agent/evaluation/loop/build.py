@@ -14,8 +14,8 @@ from agent.arm.disturbances import DISTURBANCES, Disturbance, Disturber
 from agent.arm.events import Placed, PlaceFailed, PlanFailed, Planned
 from agent.arm.executor import build_structure
 from agent.arm.interference import keep_away, spare_model
-from agent.arm.kinematics import JacoArm
 from agent.arm.remainder import Replanner
+from agent.arm.simulated_arm import SimulatedArm
 from agent.evaluation.goals.solve import scene_row
 from agent.evaluation.loop.account import account_of
 from agent.evaluation.loop.verdict import failed_checks
@@ -43,7 +43,7 @@ class LoopBuild:
         scene: the scene.
         observed: the observation of it.
         arrangements: best first.
-        hold: how the hand holds objects, one of `agent.arm.kinematics.HOLDS`.
+        hold: how the hand holds objects, one of `agent.arm.simulated_arm.HOLDS`.
         library: the objects of which "add" brings one.
 
     Attributes:
@@ -98,7 +98,7 @@ class LoopBuild:
 
     def _build(self, world: TabletopWorld, kind: str, happened: list[Event]) -> tuple[Disturber | None, int]:
         """Build, and add the events to `happened`; return who disturbed it, and the steps of physics."""
-        arm = JacoArm(world.client)
+        arm = SimulatedArm(world.client)
         arm.hold_by(self.hold)
         disturber, steps = None, 0
         if kind != UNDISTURBED:
@@ -125,7 +125,7 @@ class LoopBuild:
         happened += [] if disturber is None else disturber.rest()
         return disturber, steps
 
-    def _disturber(self, world: TabletopWorld, arm: JacoArm, kind: str, rng: np.random.Generator) -> Disturber:
+    def _disturber(self, world: TabletopWorld, arm: SimulatedArm, kind: str, rng: np.random.Generator) -> Disturber:
         names, spare = [self.scene.names[index] for index in self.order], None
         if kind == "add":
             model = spare_model(self._spares, self.scene.models, rng)

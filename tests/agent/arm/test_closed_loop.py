@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.build_listeners import BuildListeners
 from agent.arm.events import Noticed, Picked, Placed, PlaceFailed, SetAside, StandingChanged
 from agent.arm.executor import build_structure
 from agent.arm.handling import BLOCKED
 from agent.arm.interference import keep_away
-from agent.arm.kinematics import JacoArm
+from agent.arm.jaco_hand import FINGER_OPEN
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import NotBuildable
 from agent.pipeline.laying_out import GoalLayouts
 from agent.pipeline.table_goal import TableGoal
@@ -38,7 +38,7 @@ class Build:
         self.events, self.lost = [], False
         with TabletopWorld(models, start) as self.world:
             self.world.settle()
-            self.arm = JacoArm(self.world.client)
+            self.arm = SimulatedArm(self.world.client)
             self.arm.hold_by(hold)
             scene = self.world.observe(np.random.default_rng(0))
             if spare is not None:

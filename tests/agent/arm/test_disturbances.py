@@ -8,7 +8,7 @@ from agent.arm.disturbances import DISTURBANCES, Disturbance, Disturber
 from agent.arm.events import Disturbed, Picked, Placed
 from agent.arm.executor import build_structure
 from agent.arm.interference import keep_away
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import UsageError
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.blocks import block_objects
@@ -30,7 +30,7 @@ def built(text, seed=0, count=3, until=()):
     """
     happened = []
     with TabletopWorld(MODELS[:count], list(START[:count])) as world:
-        arm = JacoArm(world.client)
+        arm = SimulatedArm(world.client)
         arm.hold_by("weld")
         scene = world.observe(np.random.default_rng(0))
         spare = keep_away(world, BLOCKS["cube_35_yellow"])

@@ -9,8 +9,9 @@ import pytest
 from agent.arm.arm_model import arm_model
 from agent.arm.events import Picked, PickFailed, Placed, PlanFailed, Planned
 from agent.arm.executor import build_structure
-from agent.arm.kinematics import JacoArm, Kinematics
+from agent.arm.kinematics import Kinematics
 from agent.arm.plan_selection import plan_structure
+from agent.arm.simulated_arm import SimulatedArm
 from agent.scenes.table_scene import TableScene
 from structdiffusion.evaluation_protocol import MAX_DISPLACEMENT
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -25,7 +26,7 @@ def build(kinds, poses, goals, seed=0, distractors=0, kinematics=Kinematics(), h
     models = [procedural_object(kind, index) for index, kind in enumerate(kinds)]
     initial = [pose_from_xyz_yaw(x, y, 0.0, yaw) for x, y, yaw in poses]
     with TabletopWorld(models, initial) as world:
-        arm = JacoArm(world.client, kinematics)
+        arm = SimulatedArm(world.client, kinematics)
         arm.hold_by(hold)
         world.settle()
         count = len(kinds) - distractors
@@ -63,7 +64,7 @@ def test_the_tips_fold_around_a_can_too_wide_to_be_pinched():
     start, goal = (pose_from_xyz_yaw(0.45, y, 0.0, 0.0) for y in (-0.15, 0.1))
     assert np.ptp(can.footprint, axis=0).min() > 0.1
     with TabletopWorld([can], [start]) as world:
-        arm = JacoArm(world.client)
+        arm = SimulatedArm(world.client)
         scene = world.observe(np.random.default_rng(0))
         arrangement = Arrangement((goal @ np.linalg.inv(start))[None])
         events = list(build_structure(world, arm, scene, [arrangement], rng=np.random.default_rng(0)))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from agent.arm.eyes import ON_HEAD, ON_SIDE, Eyes
-from agent.arm.kinematics import JacoArm
 from agent.arm.monitor import Monitor
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.standing_watch import StandingWatch, standing_at
 from structdiffusion.completion.surface import completed_scene
 from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, raised, tilt_between
@@ -26,7 +26,7 @@ class Table:
         self.world = world
         world.settle()
         self.scene = world.observe(np.random.default_rng(0), range(len(KINDS)))
-        self.arm = JacoArm(world.client)
+        self.arm = SimulatedArm(world.client)
         self.eyes = Eyes(world, self.arm, self.scene, completed_scene(self.scene), np.random.default_rng(1))
         self.monitor = Monitor(self.eyes)
         world.add(procedural_object("candle", 3), AWAY)
@@ -157,7 +157,7 @@ def test_what_may_have_rolled_over_and_looks_the_same_then_is_not_sure_to_stand(
     with TabletopWorld([procedural_object(kind, index)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.3)]) as world:
         world.settle()
         scene = world.observe(np.random.default_rng(0))
-        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        eyes = Eyes(world, SimulatedArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
         world.set_pose(0, pose_from_xyz_yaw(0.01, 0.0, 0.0, 0.0) @ world.pose(0))
         eyes.look({})
         assert not eyes.doubts  # it may not have rolled over on so short a way
@@ -173,7 +173,7 @@ def test_what_leans_does_not_stand():
     with TabletopWorld([procedural_object("can", 37)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.0)]) as world:
         world.settle()
         scene = world.observe(np.random.default_rng(0))
-        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        eyes = Eyes(world, SimulatedArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
         world.set_pose(0, pose_from_xyz_rpy((0.5, 0.1, 0.04), (math.radians(20), 0.0, 0.0)))
         world.hold(0)
         eyes.look({0: pose_from_xyz_yaw(0.1, 0.1, 0.03, 0.0)})
@@ -186,7 +186,7 @@ def test_what_fell_out_of_the_hand_may_stand_on_its_head(kind, index, doubt):
     with TabletopWorld([procedural_object(kind, index)], [pose_from_xyz_yaw(0.4, 0.0, 0.0, 0.3)]) as world:
         world.settle()
         scene = world.observe(np.random.default_rng(0))
-        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        eyes = Eyes(world, SimulatedArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
         world.set_pose(0, pose_from_xyz_yaw(0.0, 0.1, 0.0, 0.0) @ world.pose(0))
         eyes.look({})
         assert not eyes.doubts
@@ -203,7 +203,7 @@ def test_what_stands_in_the_hollow_of_a_plate_rests_on_it():
         world.settle()
         first = world.pose(1)
         scene = world.observe(np.random.default_rng(0))
-        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        eyes = Eyes(world, SimulatedArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
         world.set_pose(1, pose_from_xyz_yaw(0.5, 0.0, models[0].height, 0.0))
         world.settle(1.0)
         now = world.pose(1) @ np.linalg.inv(first)

@@ -3,11 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.fixed_objects import describe_fixed, with_fixed
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 from structdiffusion.objects.solids import assemble, box
 from structdiffusion.simulation.world import TabletopWorld
+
+JACO = arm_model(DEFAULT_MODEL).hand
 
 
 @pytest.fixture(scope="module")
@@ -22,19 +25,19 @@ def scene():
 
 
 def test_what_no_grasp_fits_is_fixed(scene):
-    assert with_fixed(scene, "friction").fixed == (1,)
+    assert with_fixed(scene, JACO, "friction").fixed == (1,)
     raised = replace(scene, objects=tuple(replace(cloud, bottom=0.1) for cloud in scene.objects))
-    assert with_fixed(raised, "friction").fixed == ()
+    assert with_fixed(raised, JACO, "friction").fixed == ()
     assert (
-        with_fixed(scene, "friction").select((2, 1)).fixed == (1,)
-        and with_fixed(scene, "friction").select((0, 2)).fixed == ()
+        with_fixed(scene, JACO, "friction").select((2, 1)).fixed == (1,)
+        and with_fixed(scene, JACO, "friction").select((0, 2)).fixed == ()
     )
 
 
 def test_it_is_said(scene):
     assert describe_fixed(scene) == ""
     assert (
-        describe_fixed(with_fixed(scene, "friction"))
+        describe_fixed(with_fixed(scene, JACO, "friction"))
         == "no grasp fits the chest, so the chest stays, and the rest is laid out around it"
     )
     two = replace(scene, fixed=(0, 1))

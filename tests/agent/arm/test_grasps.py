@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.grasps import grasps_of, hand_pose, is_round
-from agent.arm.gripper import reach
 from agent.arm.reachability import Standing
+
+JACO = arm_model(DEFAULT_MODEL).hand
 
 
 def top_of_box(size, center=(0.45, 0.0), count=800):
@@ -34,7 +36,7 @@ def test_hand_pose_is_a_rotation_that_points_down():
 
 
 def test_a_long_box_is_taken_across_its_narrow_side():
-    grasps = grasps_of(top_of_box((0.05, 0.2, 0.12)))
+    grasps = grasps_of(top_of_box((0.05, 0.2, 0.12)), JACO)
     best = grasps[0]
     assert best.kind == "across"
     assert abs(best.world_from_ee[0, 0]) > 0.95
@@ -45,20 +47,20 @@ def test_a_long_box_is_taken_across_its_narrow_side():
 
 def test_fingers_stay_above_the_table():
     for size in ((0.05, 0.05, 0.1), (0.02, 0.18, 0.01), (0.06, 0.06, 0.04)):
-        for grasp in grasps_of(top_of_box(size)):
+        for grasp in grasps_of(top_of_box(size), JACO):
             if abs(grasp.world_from_ee[2, 2]) > 0.99:
-                assert grasp.world_from_ee[2, 3] > reach(grasp.opening, grasp.opening)
+                assert grasp.world_from_ee[2, 3] > JACO.reach(grasp.opening, grasp.opening)
 
 
 def test_cutlery_is_straddled():
-    grasps = grasps_of(top_of_box((0.02, 0.18, 0.012)))
+    grasps = grasps_of(top_of_box((0.02, 0.18, 0.012)), JACO)
     assert grasps and grasps[0].kind == "flat"
     assert abs(grasps[0].world_from_ee[0, 0]) > 0.9
 
 
 def lifting(points):
     """Return the grasps that hold by friction alone."""
-    return [grasp for grasp in grasps_of(points, friction=True) if not grasp.slides]
+    return [grasp for grasp in grasps_of(points, JACO, friction=True) if not grasp.slides]
 
 
 def test_by_friction_only_steep_walls_and_narrow_sides_are_lifted():
@@ -67,9 +69,9 @@ def test_by_friction_only_steep_walls_and_narrow_sides_are_lifted():
     wide, narrow = top_of_box((0.15, 0.15, 0.04)), top_of_box((0.06, 0.13, 0.12))
     for points in (plate, wide):
         assert (
-            grasps_of(points)
+            grasps_of(points, JACO)
             and not lifting(points)
-            and len(grasps_of(points, friction=True)) == len(grasps_of(points))
+            and len(grasps_of(points, JACO, friction=True)) == len(grasps_of(points, JACO))
         )
     assert lifting(bowl)[0].kind == "rim"
     assert lifting(narrow)
@@ -77,26 +79,28 @@ def test_by_friction_only_steep_walls_and_narrow_sides_are_lifted():
 
 def test_what_would_topple_is_not_slid():
     low, high = ((0.15, 0.15, height) for height in (0.05, 0.15))
-    assert any(grasp.slides for grasp in grasps_of(top_of_box(low), friction=True))
-    assert grasps_of(top_of_box(high)) and not any(grasp.slides for grasp in grasps_of(top_of_box(high), friction=True))
+    assert any(grasp.slides for grasp in grasps_of(top_of_box(low), JACO, friction=True))
+    assert grasps_of(top_of_box(high), JACO) and not any(
+        grasp.slides for grasp in grasps_of(top_of_box(high), JACO, friction=True)
+    )
 
 
 def test_what_hangs_down_from_its_rim_is_rather_slid():
-    standing = Standing(ring(0.08, 0.06, 0.045), 0.0, friction=True)
+    standing = Standing(ring(0.08, 0.06, 0.045), 0.0, JACO, friction=True)
     assert standing.hangs and not standing.slides
-    assert not Standing(top_of_box((0.06, 0.13, 0.12)), 0.0, friction=True).hangs
+    assert not Standing(top_of_box((0.06, 0.13, 0.12)), 0.0, JACO, friction=True).hangs
 
 
 def test_a_plate_is_taken_by_its_rim():
-    grasps = grasps_of(ring(0.12, 0.025, 0.015))
+    grasps = grasps_of(ring(0.12, 0.025, 0.015), JACO)
     assert grasps and {grasp.kind for grasp in grasps} == {"rim"}
     offsets = np.array([grasp.world_from_ee[:2, 3] - (0.45, 0.0) for grasp in grasps])
     assert np.linalg.norm(offsets, axis=1) == pytest.approx(np.full(len(grasps), 0.12), abs=0.015)
 
 
 def test_nothing_fits_what_is_too_large_or_hardly_seen():
-    assert grasps_of(top_of_box((0.25, 0.25, 0.12))) == []
-    assert grasps_of(np.zeros((4, 3))) == []
+    assert grasps_of(top_of_box((0.25, 0.25, 0.12)), JACO) == []
+    assert grasps_of(np.zeros((4, 3)), JACO) == []
 
 
 def test_round_is_distinguished_from_long():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agent.arm.interference import AWAY, Interference, keep_away
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from structdiffusion.geometry import pose_from_xyz_rpy, pose_from_xyz_yaw, tilt_between
 from structdiffusion.objects.blocks import block_objects
 from structdiffusion.simulation.world import FALLEN, TIME_STEP, TabletopWorld
@@ -25,7 +25,7 @@ def table():
 
 def acts(world, seed=0):
     names = ["pillar", "cube", "slab", "new block"]
-    return Interference(world, JacoArm(world.client), names, np.random.default_rng(seed))
+    return Interference(world, SimulatedArm(world.client), names, np.random.default_rng(seed))
 
 
 def done(world, deed):
@@ -104,7 +104,7 @@ def test_two_objects_change_places(table):
 
 @pytest.mark.parametrize("hold", ["weld", "friction"])
 def test_the_hand_opens_and_its_driver_does_not_know(table, hold):
-    arm = JacoArm(table.client)
+    arm = SimulatedArm(table.client)
     arm.hold_by(hold)
     pose = np.eye(4)
     pose[:3, 3] = arm.world_from_ee()[:3, 3] - (0.0, 0.0, 0.15)  # in the air, clear of the fingers
@@ -122,7 +122,7 @@ def test_nothing_is_done_where_the_arm_is_or_without_a_free_way():
     with TabletopWorld([BLOCKS["cube_50_red"]] * 5, [pose_from_xyz_yaw(0.5, 0.0, 0.0, 0.0), *walls]) as world:
         assert acts(world).push([0], None) is None
     with TabletopWorld([CUBE], [PLACES[1]]) as world:
-        arm = JacoArm(world.client)
+        arm = SimulatedArm(world.client)
         hand = arm.world_from_ee()
         world.set_pose(0, pose_from_xyz_rpy(hand[:3, 3], (0.0, 0.0, 0.0)))
         world.step(TIME_STEP)

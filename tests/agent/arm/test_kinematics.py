@@ -6,13 +6,14 @@ import numpy as np
 import pybullet
 import pytest
 
-from agent.arm import gripper
-from agent.arm.arm_model import ARM_MODELS, arm_model
+from agent.arm.arm_model import ARM_MODELS, DEFAULT_MODEL, arm_model
 from agent.arm.grasps import hand_pose
-from agent.arm.kinematics import JacoArm, Kinematics
+from agent.arm.kinematics import Kinematics
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import BadInput
 from structdiffusion.geometry import pose_from_xyz_yaw
 
+JACO = arm_model(DEFAULT_MODEL).hand
 HOME = np.array([4.71, 2.84, 0.0, 0.75, 4.62, 4.48, 4.88])  # of the j2s7s300, by its maker
 SIX_HOME = np.array([4.8046852, 2.92482, 1.002, 4.2031852, 1.4458, 1.3233])  # of the j2n6s300
 ELSEWHERE = pose_from_xyz_yaw(-0.1, 0.05, -0.2, 1.2)
@@ -97,7 +98,7 @@ def test_an_unknown_model():
 @pytest.mark.parametrize("name, mass", [("j2s7s300", 5.09), ("j2n6s300", 4.32), ("j2s6s300", 4.39)])
 def test_the_body_agrees_with_the_formulas(client, name, mass):
     kinematics = Kinematics(arm_model(name), ELSEWHERE)
-    arm = JacoArm(client, kinematics)
+    arm = SimulatedArm(client, kinematics)
     for q in kinematics.random(np.random.default_rng(0), 20):
         arm.teleport(q)
         assert arm.world_from_ee() == pytest.approx(kinematics.forward(q), abs=1e-5)
@@ -141,32 +142,32 @@ def test_unwind_turns_only_continuous_joints_by_whole_turns():
 
 
 def test_the_hand_closes_monotonically_near_the_tips():
-    gaps = gripper.gaps()[:, np.argmin(np.abs(gripper.LEVELS - 0.02))]
+    gaps = JACO.gaps[:, np.argmin(np.abs(JACO.levels - 0.02))]
     closing = gaps[np.isfinite(gaps)]
     assert (np.diff(closing) < 0).all() and closing[0] > 0.15
-    assert np.isnan(gripper.openings_for(np.full((1, len(gripper.LEVELS)), 0.3))).all()
-    assert np.isnan(gripper.contacts(np.zeros((1, len(gripper.LEVELS))))[0]).all()
+    assert np.isnan(JACO.openings_for(np.full((1, len(JACO.levels)), 0.3))).all()
+    assert np.isnan(JACO.contacts(np.zeros((1, len(JACO.levels))))[0]).all()
 
 
 def prisms(top, *widths):
     """Return the widths (B, L) of upright prisms whose tops are at a level."""
-    return np.where(top < gripper.LEVELS, np.array(widths)[:, None], 0.0)
+    return np.where(top < JACO.levels, np.array(widths)[:, None], 0.0)
 
 
 def test_wide_things_are_pressed_out_of_the_open_hand():
     """The fingers of the open hand stand apart towards their tips, those of the closed hand lean together."""
-    angles, inclines = gripper.contacts(prisms(0.02, 0.14, 0.10, 0.06, 0.03))
+    angles, inclines = JACO.contacts(prisms(0.02, 0.14, 0.10, 0.06, 0.03))
     assert (np.diff(angles) > 0).all()
     assert inclines[0] > 0.6 and 0.2 < inclines[1] < 0.6 and inclines[2] < 0.2 and inclines[3] <= 0.0
 
 
 def test_tips_fold_around_what_comes_deep_enough_into_the_hand():
-    _, inclines = gripper.contacts(prisms(-0.012, 0.12, 0.10, 0.08))
+    _, inclines = JACO.contacts(prisms(-0.012, 0.12, 0.10, 0.08))
     assert inclines == pytest.approx(np.zeros(3))
-    narrowing = np.where(gripper.LEVELS > 0.01, 0.0, prisms(-0.012, 0.10))  # where a tip would fold there is nothing
-    assert gripper.contacts(narrowing)[1] > 0.2
+    narrowing = np.where(JACO.levels > 0.01, 0.0, prisms(-0.012, 0.10))  # where a tip would fold there is nothing
+    assert JACO.contacts(narrowing)[1] > 0.2
 
 
 def test_an_unknown_way_to_hold(client):
     with pytest.raises(ValueError, match="friction, weld"):
-        JacoArm(client).hold_by("glue")
+        SimulatedArm(client).hold_by("glue")

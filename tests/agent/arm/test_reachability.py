@@ -13,6 +13,7 @@ from agent.arm.trajectories import straight_lines
 from structdiffusion.geometry import pose_from_xyz_yaw, raised
 
 ARM = Kinematics()
+JACO = ARM.model.hand
 AWAY = pose_from_xyz_yaw(0.05, 0.2, 0.0, 0.0)
 
 
@@ -31,7 +32,7 @@ def reachability():
 
 
 def test_pairs_reach_the_grasp_and_the_release(reachability):
-    standing = Standing(cylinder(), 0.0)
+    standing = Standing(cylinder(), 0.0, JACO)
     pairs = list(itertools.islice(reachability.pairs(standing, AWAY, 0.03), 40))
     assert len(pairs) == 40 and standing.spun
     poses = np.stack([pair.pick.grasp.world_from_ee for pair in pairs])
@@ -46,7 +47,7 @@ def test_pairs_reach_the_grasp_and_the_release(reachability):
 
 
 def test_what_was_found_for_one_goal_is_used_for_the_next(reachability):
-    standing = Standing(cylinder(), 0.0)
+    standing = Standing(cylinder(), 0.0, JACO)
     first = next(reachability.pairs(standing, AWAY, 0.03))
     picks = standing.picks[0]
     again = next(reachability.pairs(standing, AWAY.copy(), 0.03))
@@ -57,11 +58,11 @@ def test_what_was_found_for_one_goal_is_used_for_the_next(reachability):
 
 def test_a_goal_out_of_reach_has_no_pairs(reachability):
     far = pose_from_xyz_yaw(1.2, 0.0, 0.0, 0.0)
-    assert next(reachability.pairs(Standing(cylinder(), 0.0), far, 0.03), None) is None
+    assert next(reachability.pairs(Standing(cylinder(), 0.0, JACO), far, 0.03), None) is None
 
 
 def test_lines_go_straight_and_end_where_the_arm_ends(reachability):
-    standing = Standing(cylinder(), 0.0)
+    standing = Standing(cylinder(), 0.0, JACO)
     pick = next(reachability.pairs(standing, AWAY, 0.03)).pick
     pose = pick.grasp.world_from_ee
     reach = reachability.at_pick(standing, pick)

@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from agent.arm.arm_model import FINGER_OPEN, FINGERS, arm_model
+from agent.arm.arm_model import arm_model
 from agent.arm.build_listeners import BuildListeners
 from agent.arm.controller import ArmDriver
 from agent.arm.events import Placed
 from agent.arm.executor import build_structure
+from agent.arm.jaco_hand import FINGER_OPEN, FINGERS
 from agent.arm.motion_planner import PlanningScene
 from agent.arm.recorded_state import standing
 from agent.arm.recovery import is_folded, leave_start

@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from agent.arm.arm_model import FINGER_OPEN
 from agent.arm.build_listeners import BuildListeners
 from agent.arm.controller import ArmDriver
 from agent.arm.events import ArmEvent, Noticed, Picked, PickFailed, Placed, Planned, Stopped
 from agent.arm.executor import build_structure
 from agent.arm.grasps import hand_pose
-from agent.arm.kinematics import JacoArm
+from agent.arm.jaco_hand import FINGER_OPEN
 from agent.arm.recovery import WITHDRAWAL, is_folded, tidy_up, withdraw
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.task_planner import Search
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between
 from structdiffusion.objects.procedural import procedural_object
@@ -28,7 +28,7 @@ class Bench:
     """One block on a table, the folded arm, and somebody who interrupts when `when` holds."""
 
     def __init__(self, world: TabletopWorld) -> None:
-        self.world, self.arm = world, JacoArm(world.client)
+        self.world, self.arm = world, SimulatedArm(world.client)
         world.settle()
         self.when: list[Callable[[], bool]] = []  # each interrupts once
         self.happened: list[ArmEvent] = []

@@ -4,7 +4,8 @@ import numpy as np
 import pybullet
 import pytest
 
-from agent.arm.arm_model import ARM_MODELS, FINGER_OPEN, FINGERS, arm_model
+from agent.arm.arm_model import ARM_MODELS, arm_model
+from agent.arm.jaco_hand import FINGER_OPEN, FINGERS
 from agent.arm.self_filter import distance_to_arm
 from agent.arm.state import ArmState
 from agent.errors import BadInput
@@ -25,11 +26,13 @@ def around(count: int, seed: int = 0) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ARM_MODELS)
-def test_distances_agree_with_the_physics_engine(name):
+def test_distances_agree_with_the_physics_engine(name, tmp_path):
     arm, points = state(name), around(60)
     here = {"physicsClientId": pybullet.connect(pybullet.DIRECT)}
     try:
-        body = pybullet.loadURDF(str(arm_model(name).urdf), useFixedBase=True, **here)
+        file = tmp_path / "arm.urdf"
+        file.write_text(arm_model(name).urdf)
+        body = pybullet.loadURDF(str(file), useFixedBase=True, **here)
         for joint in range(pybullet.getNumJoints(body, **here)):
             joint_name = pybullet.getJointInfo(body, joint, **here)[1].decode()
             if joint_name in arm.joints:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.events import Picked, PlanFailed
 from agent.arm.grasps import Grasp, grasps_of
 from agent.arm.kinematics import Kinematics
@@ -12,6 +13,7 @@ from agent.arm.sliding import is_along_table, leads, sliding_path
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from tests.agent.arm.test_executor import build
 
+JACO = arm_model(DEFAULT_MODEL).hand
 DOWN = np.diag((1.0, -1.0, -1.0, 1.0))
 
 
@@ -56,6 +58,8 @@ def test_grasps_that_lift_come_before_those_that_slide():
     rng = np.random.default_rng(0)
     angles = rng.uniform(0.0, 2 * np.pi, 600)
     can = np.column_stack((0.03 * np.cos(angles) + 0.4, 0.03 * np.sin(angles), rng.uniform(0.0, 0.06, 600)))
-    found = [grasp.slides for grasp in grasps_of(can, friction=True)]
+    found = [grasp.slides for grasp in grasps_of(can, JACO, friction=True)]
     assert found[0] is False and found == sorted(found) and any(found)
-    assert not any(grasp.slides for grasp in (*grasps_of(can), *grasps_of(can + (0, 0, 0.1), 0.1, friction=True)))
+    assert not any(
+        grasp.slides for grasp in (*grasps_of(can, JACO), *grasps_of(can + (0, 0, 0.1), JACO, 0.1, friction=True))
+    )

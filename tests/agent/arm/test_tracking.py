@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.tracking import Tracker
 from grounding.spec import StructureSpec
 from structdiffusion.data.scene_sampling import draw_scene
@@ -163,7 +163,7 @@ def test_a_toppled_object_lies(kind):
 
 def test_the_folded_arm_is_no_stranger():
     with Table() as table:
-        JacoArm(table.world.client).fold_at_once()
+        SimulatedArm(table.world.client).fold_at_once()
         assert all(track.seen for track in table.look()) and not table.tracker.unknown
 
 

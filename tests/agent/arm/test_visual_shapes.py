@@ -4,14 +4,14 @@ import numpy as np
 import pybullet
 import pytest
 
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.visual_shapes import BASE, link_poses, link_shapes
 
 
 @pytest.fixture
 def arm():
     client = pybullet.connect(pybullet.DIRECT)
-    yield JacoArm(client)
+    yield SimulatedArm(client)
     pybullet.disconnect(client)
 
 

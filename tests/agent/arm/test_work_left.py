@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from agent.arm.eyes import Eyes
-from agent.arm.kinematics import JacoArm
 from agent.arm.placement_rules import PlacementRules
+from agent.arm.simulated_arm import SimulatedArm
 from agent.arm.work_left import LARGEST_CORRECTION
 from agent.arm.work_planner import Step, WorkPlanner
 from structdiffusion.completion.surface import completed_scene
@@ -29,7 +29,7 @@ def stack():
         goals = np.array([pose_from_xyz_yaw(*GOAL, z, 0.0) for z in (0.0, height)])
         motions = goals @ np.linalg.inv(np.array(world.poses()))
         scene = world.observe(np.random.default_rng(0))
-        eyes = Eyes(world, JacoArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
+        eyes = Eyes(world, SimulatedArm(world.client), scene, completed_scene(scene), np.random.default_rng(1))
         work = WorkPlanner(eyes, SimpleNamespace(rules=PlacementRules()), [Arrangement(motions)], 0, None)
 
         def put(x, y):

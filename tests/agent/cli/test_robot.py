@@ -70,7 +70,7 @@ def test_other_arms_are_refused(arm):
         ({"hold": "weld"}, "--hold weld"),
         ({"disturb": "push"}, "--disturb"),
         ({"robot": None}, "--approve needs --robot"),
-        ({"robot": None, "approve": False, "arm": "jaco"}, "--arm needs --robot"),
+        ({"robot": None, "approve": False, "arm": "jaco:left"}, "--arm jaco:NAME needs --robot"),
     ),
 )
 def test_options_that_do_not_go_together(wrong, said):

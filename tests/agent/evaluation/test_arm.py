@@ -6,6 +6,7 @@ from functools import partial
 
 import pytest
 
+from agent.arm.kinematics import Kinematics
 from agent.cli.app import command_line
 from agent.evaluation import arm
 from agent.evaluation.arm import _build_scene, _rates
@@ -19,7 +20,7 @@ from structdiffusion.planners.geometric import GeometricPlanner
 def test_a_scene_is_built_and_judged():
     models = [model for model in load_objects("ycb") if model.category in ("cup", "can")]
     scenes = with_sentences(list(draw_evaluation_scenes(models, 1, shapes=("line",), seed=2)), parsed=False)
-    row = partial(_build_scene, 8, "weld")(GeometricPlanner(), scenes[0])
+    row = partial(_build_scene, 8, "weld", Kinematics())(GeometricPlanner(), scenes[0])
     assert row["structure"] == "line" and row["words"]
     # Whatever the arm achieves, the row may not claim more than happened.
     assert row["planned"] or row["trouble"]
@@ -28,23 +29,23 @@ def test_a_scene_is_built_and_judged():
     assert _rates([row])["stands"]["count"] == int(row["stands"])
 
 
-def quick(candidates, hold, planner, scene):
+def quick(candidates, hold, kinematics, planner, scene):
     """A scene that is built in no time."""
     about = {"structure": scene.structure, "number": scene.number, "seed": scene.seed}
     return about | {"planned": True, "stands": scene.structure != "tower", "seconds": 2.0}
 
 
-def quick_but_for_lines(candidates, hold, planner, scene):
+def quick_but_for_lines(candidates, hold, kinematics, planner, scene):
     """Takes its worker along where a line is to be built."""
     if scene.structure == "line":
         os._exit(9)
-    return quick(candidates, hold, planner, scene)
+    return quick(candidates, hold, kinematics, planner, scene)
 
 
-def only_lines(candidates, hold, planner, scene):
+def only_lines(candidates, hold, kinematics, planner, scene):
     if scene.structure != "line":
         raise AssertionError("what is there is not built again")
-    return quick(candidates, hold, planner, scene)
+    return quick(candidates, hold, kinematics, planner, scene)
 
 
 def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(objects, tmp_path, monkeypatch, capsys):
@@ -79,9 +80,9 @@ def test_a_worker_that_dies_costs_its_scene_and_the_same_command_tries_it_again(
 def test_one_structure_of_so_many_objects(objects, capsys, monkeypatch):
     counts = []
 
-    def counted(candidates, hold, planner, scene):
+    def counted(candidates, hold, kinematics, planner, scene):
         counts.append(scene.drawn.count)
-        return quick(candidates, hold, planner, scene)
+        return quick(candidates, hold, kinematics, planner, scene)
 
     monkeypatch.setattr(arm, "_build_scene", counted)
     asked = ["evaluate", "arm", "--objects", objects, "--model", "geometric", "--structure", "line", "--scenes", "2"]

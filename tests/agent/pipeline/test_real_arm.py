@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from agent.arm.events import Noticed, PickFailed
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import EXECUTED, ROBOT_REFUSED, ExecutedUnverified, ExecutionFailed, RobotRefused, RobotStopped
 from agent.pipeline.real_arm import RealArm, RobotOptions
 from agent.recordings.trajectory_export import Motion
@@ -49,7 +49,12 @@ class TwinTable(SimpleNamespace):
 def table():
     world = TabletopWorld((), np.zeros((0, 4, 4)), Table())
     yield TwinTable(
-        arm=JacoArm(world.client), world=world, prefix="j2s7s300_", notes=("its table is level",), missing={}, looks=0
+        arm=SimulatedArm(world.client),
+        world=world,
+        prefix="j2s7s300_",
+        notes=("its table is level",),
+        missing={},
+        looks=0,
     )
     world.close()
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from agent import events
+from agent.arm.arm_model import DEFAULT_MODEL, arm_model
 from agent.arm.events import Placed, Planned
 from agent.arm.fixed_objects import with_fixed
 from agent.errors import ExecutionFailed, NotBuildable, NoValidGoal
@@ -120,7 +121,9 @@ def test_what_the_arm_cannot_take_is_not_moved_to_make_room_either(blocks):
 
     def moved_for_it() -> set[str]:
         wanted, scene = put_on_table(blocks, goal_of(LEFT_OF))
-        proposed = propose_goal(planner, "geometric", with_fixed(scene, "friction"), wanted, 0)
+        proposed = propose_goal(
+            planner, "geometric", with_fixed(scene, arm_model(DEFAULT_MODEL).hand, "friction"), wanted, 0
+        )
         return {cloud.name for cloud in proposed.scene.objects}
 
     assert moved_for_it() == {"block 3", "block 4"}

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.arm.arm_model import FINGER_SPEED, FINGERS, arm_model
+from agent.arm.arm_model import arm_model
 from agent.arm.build_listeners import BuildListeners
 from agent.arm.executor import build_structure
+from agent.arm.jaco_hand import FINGER_SPEED, FINGERS
 from agent.arm.state import ArmState
 from agent.errors import BadInput, UsageError
 from agent.recordings.trajectory_export import TrajectoryLog, check_export, write_trajectory

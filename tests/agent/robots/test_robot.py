@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
 
 from agent.arm.arm_file import load_arm
 from agent.errors import RobotRefused, RobotStopped
@@ -13,7 +12,7 @@ from agent.robots.limits import JointLimits
 from agent.robots.robot import Robot
 from agent.robots.rosbridge import RosbridgeLink
 from agent.robots.trajectory import Grip, Trajectory
-from tests.agent.arm.gen3 import ARM, write_urdf
+from tests.agent.arm.gen3 import write_arm
 from tests.agent.robots.conftest import MODEL, PATIENT, way
 from tests.agent.robots.rosbridge_server import StandInArm, running
 
@@ -60,10 +59,7 @@ def test_an_approved_motion_arrives_whatever_the_order_of_the_joints(cell, fault
 
 
 def test_an_arm_from_a_file_moves_and_is_held_to_the_speed_of_its_file(tmp_path):
-    write_urdf(tmp_path)
-    path = tmp_path / "gen3.yaml"
-    path.write_text(yaml.safe_dump(ARM | {"speed": 0.5}))
-    model, interface = load_arm(path), Ros2Kortex()
+    model, interface = load_arm(write_arm(tmp_path, speed=0.5)), Ros2Kortex()
     limits = JointLimits.of_arm(model)
     there = model.folded + 0.3 * np.eye(7)[6]
     slow, fast = (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from agent.arm.kinematics import JacoArm
+from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import RobotRefused, RobotStopped
 from agent.robots.limits import JointLimits
 from agent.robots.robot import Robot
@@ -18,7 +18,7 @@ from tests.agent.robots.conftest import MODEL, way
 def arm():
     """The arm in an empty world, and its link."""
     world = TabletopWorld((), np.zeros((0, 4, 4)), Table())
-    arm = JacoArm(world.client)
+    arm = SimulatedArm(world.client)
     yield arm, SimulatedLink(world, arm)
     world.close()
 
