@@ -109,12 +109,13 @@ def what_fits(scene: Scene, spec: StructureSpec) -> str:
 
 
 def _called(shape: str) -> str:
-    """Return what people call a structure, with its article: "a grid", "two lines"."""
+    """Return what people call a structure, with its article: "a grid", "a double line"."""
+    from agent.rendering.text import with_indefinite_article
     from grounding.structure_words import words_of
     from structdiffusion.structures.structure import a_structure
 
     figure = words_of(shape).figure
-    return a_structure(shape) if figure is None else figure.nouns[0]
+    return a_structure(shape) if figure is None else with_indefinite_article(figure.nouns[0])
 
 
 def _either(choices: list[str]) -> str:

@@ -69,7 +69,7 @@ class NetworkProposer:
                 return _qualified(self._averaged(said, meant, objects, before, answers), said, objects, meant)
         figures = mentions_of(text, objects, {part.shape for part in before.structures if part.shape is not None})
         plain = self._averaged(text, (), objects, before, answers)
-        if not figures or (sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text)):
+        if not figures or (sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text, figures)):
             return plain  # also "a castle? No, a tower", "you are a star, put the cups in a ring"
         try:
             _ = [words_of(one.name) for one in figures]
@@ -129,11 +129,13 @@ def _has_figures(one: WordedGoal, figures: Sequence[Mention]) -> bool:
     return not one.parts or not lost
 
 
-def _is_said(one: WordedGoal, text: str) -> bool:
+def _is_said(one: WordedGoal, text: str, figures: Sequence[Mention]) -> bool:
     """Return whether a goal that was read of a text is told by other words than the names of figures: its shapes are
-    named, or it opens somewhere, as no figure does.
+    named, or it opens somewhere, as no figure does. "A double line" names no line.
     """
     shapes = {part["shape"] for part in one.parts if part["kind"] == "structure"}
+    for figure in figures:
+        text = text[: figure.first] + " " * (figure.end - figure.first) + text[figure.end :]
     return OPENING.search(text) is not None or shapes <= shapes_named(text)
 
 

@@ -28,14 +28,14 @@ def test_what_fits_is_offered_with_what_has_to_be_given_up():
         assert why_it_does_not_fit(scene, StructureSpec(shape), np.random.default_rng(1)) == ""
 
 
-def test_for_a_line_that_is_too_long_two_lines_are_offered_where_they_fit():
+def test_for_a_line_that_is_too_long_a_double_one_is_offered_where_they_fit():
     scene, line = boxes(10, 0.14), StructureSpec("line", x_position="left")
-    assert what_fits(scene, line).startswith("; two lines, ")
-    assert "two lines" not in what_fits(scene, StructureSpec("circle"))
-    assert "two lines" not in what_fits(boxes(5, 0.2), line)  # three of 20 cm and their gaps are more than 54 cm
+    assert what_fits(scene, line).startswith("; a double line, ")
+    assert "double line" not in what_fits(scene, StructureSpec("circle"))
+    assert "double line" not in what_fits(boxes(5, 0.2), line)  # three of 20 cm and their gaps are more than 54 cm
     interpreter = ResourceCache().interpreter(ReadingOptions())
     names, before = [cloud.name for cloud in scene.objects], Goal((StructurePart("line"),))
-    for answer in ("two lines", "two lines then", "in two lines", "make two lines of them"):
+    for answer in ("a double line", "a double line then", "in a double line", "make a double line of them"):
         read = interpreter.interpret(answer, names, before)
         assert [part.shape for part in read.goal.structures] == ["double line"], answer
         spec = replace(read.goal.structures[0].spec, x_position="left")
