@@ -69,7 +69,9 @@ class NetworkProposer:
                 return _qualified(self._averaged(said, meant, objects, before, answers), said, objects, meant)
         figures = mentions_of(text, objects, {part.shape for part in before.structures if part.shape is not None})
         plain = self._averaged(text, (), objects, before, answers)
-        if not figures or (sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text, figures)):
+        if not figures or (
+            sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text, figures)
+        ):
             return plain  # also "a castle? No, a tower", "you are a star, put the cups in a ring"
         try:
             _ = [words_of(one.name) for one in figures]
