@@ -13,7 +13,7 @@ from importlib import resources
 # SHA-256 of every prompt's text as it is shipped; results that are published were made with these.
 SHIPPED = {
     "parse_structure": "1d2f9fb9822ba18c190e86f6f09bf37b1af158299b639cfeeb71c5b2b10f6327",
-    "read_goal": "1f84769f7dfb319f27f263851121ad4bcc00d0e8eba66ae41464961b3cec420c",
+    "read_goal": "c7ff39b1df70935a844b39a9124120b56877af8434e5f9f0e5209c886790269a",
 }
 # One example: an instruction's line, and the line of its answers, "name answer" for each.
 _EXAMPLE = re.compile(r'^Instruction: "(?P<text>.+)"\nOutput: (?P<answers>.+)$', re.MULTILINE)

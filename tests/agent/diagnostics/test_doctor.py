@@ -43,6 +43,7 @@ def unconfigured(tmp_path, monkeypatch):
 @pytest.fixture
 def command(monkeypatch):
     app = typer.Typer(rich_markup_mode=None, add_completion=False)
+    app.callback()(lambda: None)  # as the product has one
     app.command("doctor")(doctor)
     app.command("parse")(cli.parse)
     monkeypatch.setattr(cli, "app", app)
