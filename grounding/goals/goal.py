@@ -41,13 +41,17 @@ class Goal:
                 continue
             if part.objects is None:
                 if rest is not None:
-                    raise GoalError(f"parts {rest} and {number} both take all objects that no other part names")
+                    raise GoalError(
+                        f"parts {rest} and {number} both take all objects that no other part names",
+                        "two structures of it take everything",
+                    )
                 rest = number
             for index in part.objects or ():
                 if index in owner:
                     raise GoalError(
-                        f"object {index!r} is in parts {owner[index]} and {number}; legal: one structure at most"
-                    )
+                        f"object {index!r} is in parts {owner[index]} and {number}; legal: one structure at most",
+                        "{} would be in two structures", (index,),
+                    )  # fmt: skip
                 owner[index] = number
 
     def _check_reference(self, objects: Objects | None, number: int) -> None:
@@ -56,7 +60,10 @@ class Goal:
         structures = [i for i, part in enumerate(self.parts) if isinstance(part, StructurePart)]
         if objects.part not in structures:
             legal = ", ".join(map(str, structures)) or "none"
-            raise GoalError(f"part {number} refers to part {objects.part}; structures that it can refer to: {legal}")
+            raise GoalError(
+                f"part {number} refers to part {objects.part}; structures that it can refer to: {legal}",
+                "it is not clear which structure is meant",
+            )
 
     @property
     def structures(self) -> tuple[StructurePart, ...]:
@@ -100,7 +107,10 @@ class Goal:
         rest = tuple(i for i in range(count) if i not in others)
         for number, part in enumerate(self.parts):
             if isinstance(part, StructurePart) and part.objects is None and not rest:
-                raise GoalError(f"part {number} takes all objects that no other part names, but there are none")
+                raise GoalError(
+                    f"part {number} takes all objects that no other part names, but there are none",
+                    "nothing is left for a structure of everything else",
+                )
         return Goal(tuple(
             replace(part, objects=rest) if isinstance(part, StructurePart) and part.objects is None else part
             for part in self.parts

@@ -34,7 +34,24 @@ MAX_ROWS = 20
 
 
 class GoalError(SpecError):
-    """A goal that is not legal; the message names the part, the key, the value and the legal values."""
+    """A goal that is not legal; the message names the part, the key, the value and the legal values.
+
+    Args:
+        message: for somebody who wrote the goal as JSON.
+        said: the same for somebody who spoke, without numbers of parts; "" where the message serves both.
+        objects: whose names take the place of {} in `said`, in this order.
+    """
+
+    def __init__(self, message: str, said: str = "", objects: Sequence[int | str] = ()) -> None:
+        super().__init__(message)
+        self.said, self.objects = said, tuple(objects)
+
+    def spoken(self, names: Sequence[str]) -> str:
+        """Return the message for somebody who spoke of objects with these names."""
+        cause = self.__cause__
+        if not self.said:
+            return cause.spoken(names) if isinstance(cause, GoalError) else str(cause or self)
+        return self.said.format(*(names[each] if isinstance(each, int) else each for each in self.objects))
 
 
 @dataclass(frozen=True)
@@ -209,7 +226,12 @@ class RelationPart:
         if isinstance(self.objects, tuple) and isinstance(self.reference, tuple):
             shared = set(self.objects) & set(self.reference)
             if shared:
-                raise GoalError(f"an object cannot be {self.relation!r} itself: {sorted(map(str, shared))[0]}")
+                one = sorted(shared, key=str)[0]
+                raise GoalError(
+                    f"an object cannot be {self.relation!r} itself: {one}",
+                    f"{{}} cannot be {self.relation} itself",
+                    (one,),
+                )
 
     def _check_keys(self) -> None:
         if self.distance is not None and self.relation not in WITH_DISTANCE:
@@ -274,9 +296,11 @@ def _require_objects(key: str, objects: Any, exactly: int | None = None) -> None
     if not each_legal:
         raise GoalError(f"{key} cannot be {objects!r:.80}; legal: indices of objects, or words where no scene is known")
     if len(set(objects)) < len(objects):
-        raise GoalError(f"{key} names an object twice: {objects!r:.80}")
+        twice = next(each for place, each in enumerate(objects) if each in objects[:place])
+        raise GoalError(f"{key} names an object twice: {objects!r:.80}", "{} is named twice", (twice,))
     if exactly is not None and len(objects) != exactly and not isinstance(objects[0], str):
-        raise GoalError(f"{key} must name {exactly} object{'s' * (exactly > 1)}, not {len(objects)}")
+        needed = f"{exactly} object{'s' * (exactly > 1)}"
+        raise GoalError(f"{key} must name {needed}, not {len(objects)}", f"this takes {needed}, not {len(objects)}")
 
 
 def _json(value: Any) -> Any:

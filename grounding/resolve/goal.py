@@ -9,6 +9,7 @@ from typing import Any
 
 from grounding.goals.goal import Goal
 from grounding.goals.part_numbers import laid_around
+from grounding.goals.parts import GoalError
 from grounding.goals.taken_objects import owned_once
 from grounding.parse_result import OBJECT, Question
 from grounding.resolve.catalogue import CataloguePhrases
@@ -102,7 +103,8 @@ def resolve_goal(
         whole = [_usual(part) for part in _less([_apart(part) for part in made], out, there)]
         goal = laid_around(Goal.from_dict({"parts": owned_once(whole, before)}))
     except SpecError as error:
-        raise ResolveError(str(error)) from error
+        said = error.spoken(there.names) if isinstance(error, GoalError) else str(error)
+        raise ResolveError(said) from error
     nouns, described, notes, singly = _chosen_by(reader, there)
     return ResolvedGoal(goal, nouns, described, notes, singly and not kept)
 

@@ -167,3 +167,22 @@ def test_what_is_not_legal_is_refused_in_a_sentence_with_the_legal_values(parts:
 
 def test_the_longest_legal_length_is_legal() -> None:
     assert StructurePart("line", gap=MAX_LENGTH).gap == MAX_LENGTH
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ([LINE | {"objects": [1, 1]}], "cup is named twice"),
+        ([LINE, LINE], "fork would be in two structures"),
+        ([{"kind": "structure", "shape": "line"}, {"kind": "structure", "shape": "circle"}],
+         "two structures of it take everything"),
+        ([BOWL | {"reference": [0]}], "bowl cannot be left of itself"),
+        ([BOWL | {"reference": {"part": 3}}], "it is not clear which structure is meant"),
+        ([{"kind": "relation", "relation": "swapped", "objects": [1]}], "this takes 2 objects, not 1"),
+        ([LINE | {"gap": 1e7}], "gap cannot be 10000000.0 m; legal values: 0 to 3 m"),
+    ],
+)  # fmt: skip
+def test_who_spoke_hears_names_and_no_numbers_of_parts(parts: object, said: str) -> None:
+    with pytest.raises(GoalError) as error:
+        Goal.from_dict({"parts": parts})
+    assert error.value.spoken(("bowl", "cup", "fork", "knife")) == said
