@@ -21,6 +21,7 @@ import hashlib
 import math
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -43,19 +44,32 @@ def load_arm(path: Path) -> ArmModel:
     """Load an arm with a hand of two fingers from a YAML file with the keys of this module's table.
 
     The joints are those from `base` to `tool`. Axes other than z are taken into `chain`, so that its frames turn about
-    z; a mesh is replaced by its box. The hand is measured by moving its joints.
+    z; a mesh is replaced by its box. The hand is measured by moving its joints. What was loaded before is measured
+    again only where the YAML file or the URDF differs.
 
     Raises:
         BadInput: if a file cannot be read, a key is missing, unknown or wrong, or the arm or its hand cannot be planned
             for.
     """
-    document = _document(path)
+    described, document = _document(path)
     urdf = path.parent / str(document["urdf"])
     try:
-        root = ElementTree.parse(urdf).getroot()
+        content = urdf.read_bytes()
+    except OSError as error:
+        raise _unread(path, urdf, error) from error
+    return _loaded(path, described, content)
+
+
+@lru_cache(maxsize=4)
+def _loaded(path: Path, described: str, content: bytes) -> ArmModel:
+    """Return the arm of a YAML file whose text and whose URDF's content are known."""
+    document = yaml.safe_load(described)
+    urdf = path.parent / str(document["urdf"])
+    try:
+        root = ElementTree.fromstring(content)
         speeds_and_ranges = {joint.get("name", ""): _limits(joint) for joint in root.findall("joint")}
-    except (OSError, ElementTree.ParseError, ValueError) as error:
-        raise BadInput(f"{path}: urdf {str(urdf)!r} cannot be read as a URDF: {error}") from error
+    except (ElementTree.ParseError, ValueError) as error:
+        raise _unread(path, urdf, error) from error
     links = [link.get("name", "") for link in root.findall("link")]
     for key in ("base", "tool"):
         if document[key] not in links:
@@ -108,9 +122,15 @@ def arm_checksum(path: Path) -> str:
     return hashlib.sha256(described.encode()).hexdigest()
 
 
-def _document(path: Path) -> dict[str, Any]:
+def _unread(path: Path, urdf: Path, error: Exception) -> BadInput:
+    return BadInput(f"{path}: urdf {str(urdf)!r} cannot be read as a URDF: {error}")
+
+
+def _document(path: Path) -> tuple[str, dict[str, Any]]:
+    """Return the text of a YAML file, and what it says."""
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        described = path.read_text(encoding="utf-8")
+        document = yaml.safe_load(described)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise BadInput(f"the arm {path} cannot be read as YAML: {' '.join(str(error).split())}") from error
     if not isinstance(document, dict):
@@ -121,7 +141,7 @@ def _document(path: Path) -> dict[str, Any]:
     for key in _NEEDED:
         if key not in document:
             raise BadInput(f"the arm {path} lacks the key {key!r}; needed: {', '.join(_NEEDED)}")
-    return document
+    return described, document
 
 
 def _is_number(value: Any, endless: bool = False) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 
 from grounding.goals.goal import Goal
-from grounding.structure_words import STRUCTURES
+from grounding.structure_words import STRUCTURES, words_of_all
 
 _HEAPS = frozenset(("tower", "pyramid", "cluster"))  # "the heap of toys" may be any of these
 
@@ -39,8 +39,7 @@ def unknown_group(text: str, phrases: Iterable[str], goals: Sequence[Goal]) -> s
 @cache
 def _nouns() -> str:
     """Return the nouns that mean an arrangement and never an object, as alternatives of a pattern."""
-    every = {noun for shape in STRUCTURES.values() for noun in shape.words.never_objects}
-    return "|".join(sorted(map(re.escape, every), key=len, reverse=True))
+    return "|".join(sorted(map(re.escape, words_of_all("never_objects")), key=len, reverse=True))
 
 
 def _shapes_of(noun: str) -> set[str]:
