@@ -53,9 +53,8 @@ def as_picture(frame: DepthFrame) -> tuple[DepthFrame, str]:
     width, height = (pixels.max(axis=0) - first + 1).tolist()
     if height < 2 or width * height > _MOST_EMPTY * len(own):
         return frame, ""
-    order = np.argsort(
-        -points[own, 2], kind="stable"
-    )  # of two points in one pixel the nearer one, which hides the other
+    # Of two points in one pixel the nearer one is kept, which hides the other.
+    order = np.argsort(-points[own, 2], kind="stable")
     columns, rows = (pixels - first)[order].T
     picture = np.full((height, width, 3), np.nan, np.float32)
     picture[rows, columns] = frame.points[0, own[order]]
