@@ -14,7 +14,7 @@ from agent.errors import NotVerified, UsageError
 from agent.rendering.text import columns_of
 from agent.runtime.stdio import results_stream
 from agent.runtime.terminal_text import console_on
-from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, networks_of
+from structdiffusion.planners.registry import LEGAL_NAMES, PLANNERS, USUAL, networks_of
 
 models_app = typer.Typer(rich_markup_mode=None)
 
@@ -30,8 +30,14 @@ def _models() -> None:
 
 
 @models_app.command("list")
-def list_models(weights: WeightsOption = None, json_output: JsonOption = False) -> None:
-    """List all networks and planners.
+def list_models(
+    weights: WeightsOption = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Name all planners: the paper's baselines and the ablations, too.")
+    ] = False,
+    json_output: JsonOption = False,
+) -> None:
+    """List the networks and the planners.
 
     For each network: what it does, its main result, its size and its training steps.
 
@@ -41,8 +47,10 @@ def list_models(weights: WeightsOption = None, json_output: JsonOption = False) 
     from agent.model_cards.catalogue import networks
 
     rows = list_rows(networks(weights))
-    text = "" if json_output else f"{list_text(rows, columns_of(sys.stdout))}\n\n{planners_text()}"
-    print(json.dumps(rows, indent=1) if json_output else text)
+    if json_output:
+        print(json.dumps(rows, indent=1))
+    else:
+        print(list_text(rows, columns_of(sys.stdout)), planners_text(PLANNERS if every else USUAL), sep="\n\n")
 
 
 @models_app.command("show")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
@@ -120,16 +120,19 @@ def list_text(rows: Sequence[Facts], width: int = COLUMNS) -> str:
     return aligned([head, *lines], 3, width)
 
 
-def planners_text() -> str:
-    """List, for each network, the planners that use it, as `--model` takes them."""
+def planners_text(names: Collection[str]) -> str:
+    """List, for each network, those of the named planners that use it, as `--model` takes them."""
     by_network: dict[str, list[str]] = {}
-    for name, parts in PLANNERS.items():
-        by_network.setdefault(parts.network, []).append(name)
+    for name in names:
+        by_network.setdefault(PLANNERS[name].network, []).append(name)
     lines = [
         textwrap.fill(f"  {network}: {', '.join(names)}", COLUMNS, subsequent_indent="    ", break_on_hyphens=False)
         for network, names in by_network.items()
     ]
-    return "\n".join(["planners (--model; `structagent models show NAME` says what one is made of):", *lines])
+    told = ["planners (--model; `structagent models show NAME` says what one is made of):", *lines]
+    if len(names) < len(PLANNERS):
+        told.append("  `--all` adds the paper's baselines and the ablations.")
+    return "\n".join(told)
 
 
 def _training(training: Mapping[str, Any] | None) -> list[str]:

@@ -108,17 +108,18 @@ PLANNERS: Mapping[str, PlannerParts] = {
 }
 
 
-_PLAIN = [name for name, parts in PLANNERS.items() if name in (parts.network, f"{parts.network}-tokens")]
+# Those that people build with; the others are the paper's baselines and ablations, which tables are made of.
+USUAL = ("diffusion", "diffusion-tokens", "geometric", "geometric+rollout")
 # The names in messages: all of them would fill half a page.
-LEGAL_NAMES = f"{', '.join(_PLAIN)}, and their variants (`structagent models list` names all {len(PLANNERS)})"
+LEGAL_NAMES = f"{', '.join(USUAL)}; `structagent models list --all` adds the baselines and ablations"
 
 
 def legal_instead_of(name: str) -> str:
-    """Return the part of a message that names the legal planners: similar names, or else the plain ones."""
+    """Return the part of a message that names the legal planners: similar names, or else the usual ones."""
     near = get_close_matches(name.lower(), PLANNERS, n=3)
     if not near:
         return f"legal values: {LEGAL_NAMES}"
-    return f"did you mean {' or '.join(map(repr, near))}? `structagent models list` names all {len(PLANNERS)}"
+    return f"did you mean {' or '.join(map(repr, near))}? `structagent models list --all` names all {len(PLANNERS)}"
 
 
 def networks_of(planner: str) -> list[str]:

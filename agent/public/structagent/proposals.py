@@ -168,7 +168,7 @@ def propose(
         objects: with slots, the indices or names of the objects that take part; by default all.
         viewpoint: with a sentence, whose left and right is meant: "robot", or "opposite" for a person across the table.
         parser: with a sentence, "embedding", or "llm" for the local language model.
-        model: the planner's name; `structagent models list` names them all.
+        model: the planner's name; `structagent models list --all` names them all.
         weights: a folder of checkpoints; by default those shipped.
         allow_unverified: take checkpoints that are not what their cards say.
         count: how many arrangements are proposed, 1 to 1024.

@@ -101,11 +101,12 @@ def test_the_list_has_every_network_that_comes_along(capsys):
     files = ("config.json", "model.safetensors")
     assert rows["diffusion"]["bytes"] == sum((SHIPPED / "diffusion" / name).stat().st_size for name in files)
     assert rows["diffusion"]["steps"] > 1000
-    assert command_line(["models", "list"]) == 0
+    assert command_line(["models", "list", "--all"]) == 0
     planners = capsys.readouterr().out.split("planners (--model")[1].split("\n", 1)[1].replace("\n    ", " ")
     assert {name for line in planners.splitlines() for name in line.split(": ")[1].split(", ")} == set(PLANNERS)
     assert command_line(["models", "list"]) == 0
-    table = capsys.readouterr().out
+    table, few = capsys.readouterr().out.split("planners (--model")
+    assert "geometric+rollout" in few and "--all" in few and "cvae" not in few
     assert all(name in table for name in rows)
 
 
