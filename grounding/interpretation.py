@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from grounding.goals.goal import Goal
-from grounding.parse_result import Parse, Question
+from grounding.parse_result import Parse, Question, Slots, parse_of
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.goal import ResolvedPhrase
 from grounding.spec import StructureSpec
@@ -20,7 +21,7 @@ class Interpretation:
     """The interpretation of an instruction, or of what is said about a goal.
 
     Attributes:
-        parse: the five slots, in the speaker's frame; for their confidences and the words that they are based on.
+        slots: the five slots, in the speaker's frame, or what reads them; see `parse`.
         spec: the slots in the world's frame; for a goal of several parts those of its first structure, if any.
         status: "ok", "ask" or "refused"; an instruction that names missing objects is refused.
         message: the reason of a refusal, the question, or a remark.
@@ -45,7 +46,7 @@ class Interpretation:
         nothing: whether the text asks for nothing: a remark, or a question about the scene.
     """
 
-    parse: Parse
+    slots: Slots
     spec: StructureSpec
     status: str
     message: str
@@ -68,6 +69,11 @@ class Interpretation:
     drawn: Interpretation | None = None
     drawings: tuple[str, ...] = ()
     _among: Callable[[Objects, bool], Interpretation] | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def parse(self) -> Parse:
+        """Return the five slots, in the speaker's frame; for their confidences and the words that they are based on."""
+        return parse_of(self.slots)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ them, so that the parsers differ only in how they read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -88,6 +88,14 @@ class Parse:
     evidence: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     dropped: Mapping[str, str] = field(default_factory=dict)
     prompt_sha256: str | None = None
+
+
+Slots = Parse | Callable[[], Parse]  # of a text, or what reads them when they are looked at
+
+
+def parse_of(slots: Slots) -> Parse:
+    """Return the five slots, read now if they were not before."""
+    return slots if isinstance(slots, Parse) else slots()
 
 
 class Parser(Protocol):

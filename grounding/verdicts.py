@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 from grounding.decide import BUILD, Candidate, Decision
@@ -13,7 +14,7 @@ from grounding.goals.goal import Goal
 from grounding.interpretation import Interpretation
 from grounding.language_model.goal_reply import ModelReply
 from grounding.language_model.goal_schema import ASK, NONE
-from grounding.parse_result import Parse, Question
+from grounding.parse_result import Question, Slots, parse_of
 from grounding.propose.proposal import Proposal
 from grounding.resolve.goal import ResolvedPhrase
 from grounding.resolve.object_names import read_name
@@ -26,14 +27,16 @@ class Verdicts:
     """A maker of interpretations of one text.
 
     Attributes:
-        parse: the five slots.
+        text: as it was given.
+        slots: the five slots, or what reads them.
         before: the goal so far, in the speaker's frame.
         viewpoint: whose left and right it speaks of.
         names: of the objects that are there; `None` where they are not known.
         common: further fields that all its interpretations have.
     """
 
-    parse: Parse
+    text: str
+    slots: Slots
     before: Goal
     viewpoint: str
     names: Sequence[str] | None
@@ -47,14 +50,13 @@ class Verdicts:
             proposals: all that there were.
         """
         self = replace(self, common={"probability": decision.probability})
-        text = self.parse.text
         if decision.status == "ok":
             assert decision.chosen is not None and decision.chosen.proposal.goal is not None
             asked = shape_question(decision.chosen.proposal.goal, self.names)
             return self._built(decision.chosen) if asked is None else self._asked(*asked)
         if decision.status == "ask":
             doubtful = decision.chosen.proposal.choices if decision.chosen is not None and not decision.offered else ()
-            return self._asked(goal_question(text, decision, self.names), decision.offered or doubtful)
+            return self._asked(goal_question(self.text, decision, self.names), decision.offered or doubtful)
         same = [one for one in proposals if one.goal == self.before and one.certainty >= BUILD]
         if self.before.parts and same:
             return self.refused(
@@ -63,8 +65,8 @@ class Verdicts:
         wish = next((each.goal for each in proposals if each.problem and each.goal is not None), Goal())
         nothing = sum(each.certainty for each in proposals if each.answer == "nothing") > 0.5
         return self.refused(
-            reason(text, decision, proposals, self.names), suggestions=tuple(map(self._in_world, decision.offered)),
-            wish=self._in_world(wish), nothing=nothing,
+            reason(self.text, decision, proposals, self.names),
+            suggestions=tuple(map(self._in_world, decision.offered)), wish=self._in_world(wish), nothing=nothing,
         )  # fmt: skip
 
     def of_choice(self, chosen: Candidate) -> Interpretation:
@@ -83,10 +85,11 @@ class Verdicts:
             reply: of the model.
             proposal: its goal with the objects found; `None` where it has none.
         """
-        parse = replace(
-            self.parse, parser="llm", confidence={}, evidence={}, dropped={}, status="ok", message="", question=None
-        )
-        self = replace(self, parse=parse)
+        slots = self.slots
+        self = replace(self, slots=cache(lambda: replace(
+            parse_of(slots), parser="llm", confidence={}, evidence={}, dropped={}, status="ok", message="",
+            question=None,
+        )))  # fmt: skip
         if proposal is not None:
             found = self.of_choice(Candidate(proposal))
             return replace(found, by_model=True, probability=1.0) if found.status == "ok" else found
@@ -146,7 +149,7 @@ class Verdicts:
 
     def _made(self, **values: Any) -> Interpretation:
         fields: dict[str, Any] = {
-            "parse": self.parse,
+            "slots": self.slots,
             "viewpoint": self.viewpoint,
             "seconds": 0.0,
             "spec": StructureSpec(),

@@ -149,6 +149,7 @@ def _goal_network_answer(network: Network) -> str:
     """Compute the scores of the first action of an instruction."""
     import torch
 
+    from grounding.goal_network.decoder import Writings
     from grounding.goal_network.vocabulary import KEYWORDS
     from grounding.goal_network.word_presence import word_presence
     from grounding.goal_network.writer import ENCODER_LAYER, NetworkWriter
@@ -157,8 +158,9 @@ def _goal_network_answer(network: Network) -> str:
     encoder, words = SentenceEncoder(), ["stack", "the", "cans"]
     decoder = NetworkWriter.from_pretrained(encoder, network.folder).decoder
     states = encoder.word_states([words], ENCODER_LAYER)
-    scores = decoder.scores([decoder.begin(states.hidden, states.first[0], word_presence(words, None))], [None])[0]
-    return _sound(torch.from_numpy(scores), (len(KEYWORDS) + 2 * len(words),))
+    begun = decoder.begin(states.hidden, states.pieces, list(states.first), [word_presence(words, None)])
+    _, scores = decoder.scores(Writings(tuple(begun)), [None])
+    return _sound(torch.from_numpy(scores[0]), (len(KEYWORDS) + 2 * len(words),))
 
 
 def _verifier(network: Network) -> str:

@@ -6,7 +6,7 @@ Torch trains it (`grounding.training.goal_network`); a test holds this arithmeti
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,15 +36,32 @@ class _Attention:
         query, key, value = (Linear(*pair) for pair in zip(weights, biases, strict=True))
         return cls(query, key, value, Linear(state[f"{name}.out_proj.weight"], state[f"{name}.out_proj.bias"]))
 
-    def __call__(self, rows: np.ndarray, keys: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Attend from rows (n, width) to keys and values that `key` and `value` made: (n, m, width), each row to its
-        own, or (1, m, width), all to the same.
-        """
-        each = WIDTH // HEADS
-        query = self.query(rows).reshape(-1, HEADS, 1, each) * np.float32(each**-0.5)
-        scores = query @ keys.reshape(*keys.shape[:2], HEADS, each).transpose(0, 2, 3, 1)  # (n, heads, 1, m)
-        found = softmax(scores, axis=-1) @ values.reshape(*values.shape[:2], HEADS, each).transpose(0, 2, 1, 3)
-        return self.join(found.reshape(-1, WIDTH))
+    def to_each(self, rows: np.ndarray, keys: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Attend from rows (n, width) to keys and values (n, m, width) that `key` and `value` made, each to its own."""
+        return self.join(_attended(self._queries(rows)[:, None], keys, values)[:, 0])
+
+    def to_shared(
+        self, rows: np.ndarray, groups: Sequence[slice], memories: Sequence[tuple[np.ndarray, np.ndarray]]
+    ) -> np.ndarray:
+        """Attend from each group of rows (n, width) to keys and values (m, width) of its own."""
+        queries = self._queries(rows)
+        found = [
+            _attended(queries[None, group], keys[None], values[None])[0]
+            for group, (keys, values) in zip(groups, memories, strict=True)
+        ]
+        return self.join(np.concatenate(found))
+
+    def _queries(self, rows: np.ndarray) -> np.ndarray:
+        return self.query(rows) * np.float32((WIDTH // HEADS) ** -0.5)
+
+
+def _attended(queries: np.ndarray, keys: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return what queries (b, n, width) find in keys and values (b, m, width), head by head: (b, n, width)."""
+    query, key, value = (
+        each.reshape(*each.shape[:2], HEADS, WIDTH // HEADS).swapaxes(1, 2) for each in (queries, keys, values)
+    )
+    found = softmax(query @ key.swapaxes(2, 3), axis=-1) @ value  # (b, heads, n, width / heads)
+    return found.swapaxes(1, 2).reshape(queries.shape)
 
 
 @dataclass(frozen=True)
@@ -58,27 +75,46 @@ class _Layer:
     norms: tuple[Normalisation, Normalisation, Normalisation]
 
 
-@dataclass
-class Writing:
-    """A goal that is being written.
+@dataclass(frozen=True)
+class Instruction:
+    """What the decoder knows of an instruction.
 
     Attributes:
-        memory: (W, width) float32, the instruction's words.
+        memory: (W, width) float32, its words.
         pointed: keys of the words (W, width) for the scores of starts and of ends.
-        said: keys and values of the words, of each layer.
-        written: keys and values of what was written so far, of each layer.
-        length: how many actions were written.
+        said: keys and values of the words (W, width), of each layer.
     """
 
     memory: np.ndarray
     pointed: tuple[np.ndarray, np.ndarray]
     said: Sequence[tuple[np.ndarray, np.ndarray]]
-    written: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Writings:
+    """Goals that are being written, all of as many actions.
+
+    Attributes:
+        instructions: of each goal; those of one instruction follow one another.
+        written: keys and values (goals, actions, width) of what was written so far, of each layer; empty at the
+            beginning.
+        length: how many actions were written.
+    """
+
+    instructions: tuple[Instruction, ...]
+    written: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
     length: int = 0
 
-    def copy(self) -> Writing:
-        """Return the same goal so far, to be continued in another way."""
-        return Writing(self.memory, self.pointed, self.said, list(self.written), self.length)
+    def chosen(self, rows: Sequence[int]) -> Writings:
+        """Return some of the goals, in this order; one that is named twice goes on in two ways."""
+        written = tuple((keys[rows], values[rows]) for keys, values in self.written)
+        return Writings(tuple(self.instructions[row] for row in rows), written, self.length)
+
+    @property
+    def groups(self) -> list[slice]:
+        """Return the goals of each instruction."""
+        starts = [row for row, one in enumerate(self.instructions) if row == 0 or one is not self.instructions[row - 1]]
+        return [slice(start, end) for start, end in zip(starts, [*starts[1:], len(self.instructions)], strict=True)]
 
 
 class GoalDecoder:
@@ -105,59 +141,66 @@ class GoalDecoder:
         self._start = self._linear("start_query"), self._linear("start_key")
         self._end = self._linear("end_query"), self._linear("end_key")
 
-    def begin(self, states: np.ndarray, first: np.ndarray, presence: Sequence[int]) -> Writing:
-        """Begin to write the goal of one instruction.
+    def begin(
+        self, states: np.ndarray, pieces: np.ndarray, first: Sequence[np.ndarray], presence: Sequence[Sequence[int]]
+    ) -> list[Instruction]:
+        """Begin to write the goals of B instructions.
 
         Args:
-            states: (1, T, 384) float32 states of its word pieces, from the encoder's lower layers.
-            first: (W,) int: the first piece of each word.
-            presence: (W,) whether each word names something in the scene, see `word_presence`.
+            states: (B, T, 384) float32 states of their word pieces, from the encoder's lower layers.
+            pieces: (B, T) bool, false on padding.
+            first: of each (W,) int: the first piece of each word.
+            presence: of each (W,): whether each word names something in the scene, see `word_presence`.
         """
-        mask = np.ones(states.shape[:2], dtype=bool)
         for layer in self._upper:
-            states = layer(states, mask)
-        memory = self._normalise(self._remember(states[0, first])) + self.state["presence.weight"][list(presence)]
-        said = [(layer.said.key(memory), layer.said.value(memory)) for layer in self._layers]
-        pointed = self._start[1](memory), self._end[1](memory)
-        empty = np.zeros((0, WIDTH), dtype=np.float32)
-        return Writing(memory, pointed, said, [(empty, empty) for _ in self._layers])
+            states = layer(states, pieces)
+        found = []
+        for state, places, named in zip(states, first, presence, strict=True):
+            memory = self._normalise(self._remember(state[places])) + self.state["presence.weight"][list(named)]
+            said = [(layer.said.key(memory), layer.said.value(memory)) for layer in self._layers]
+            found.append(Instruction(memory, (self._start[1](memory), self._end[1](memory)), said))
+        return found
 
-    def scores(self, writings: Sequence[Writing], last: Sequence[Action | None]) -> np.ndarray:
-        """Take the last action of each goal and score its next: logits (goals, keywords + 2 W) float32, in each row the
-        keywords, then starts, then ends.
+    def scores(self, writings: Writings, last: Sequence[Action | None]) -> tuple[Writings, list[np.ndarray]]:
+        """Take the last action of each goal and score its next: the goals with that action, and of each the logits
+        (keywords + 2 W,) float32: of keywords, of starts, of ends.
 
-        A weight is read once for all goals, which takes about as long as for one.
+        A weight is read once for all goals: for sixty it takes four times as long as for one.
 
         Args:
-            writings: goals of one instruction that are being written, with as many actions each; each is advanced by
-                one.
+            writings: the goals.
             last: the action that was chosen for each; `None` at the beginning.
         """
-        rows = np.stack([self._row(one, action) for one, action in zip(writings, last, strict=True)])
-        said, pointed = writings[0].said, writings[0].pointed
+        actions = zip(writings.instructions, last, strict=True)
+        rows = np.stack([self._row(one, action) for one, action in actions])
+        rows += self.state["positions.weight"][writings.length]
+        groups, written = writings.groups, []
+        instructions = [writings.instructions[group.start] for group in groups]
         for number, layer in enumerate(self._layers):
             x = layer.norms[0](rows)
-            for one, key, value in zip(writings, layer.own.key(x), layer.own.value(x), strict=True):
-                keys, values = one.written[number]
-                one.written[number] = np.concatenate([keys, key[None]]), np.concatenate([values, value[None]])
-            keys, values = (np.stack([one.written[number][k] for one in writings]) for k in range(2))
-            rows = rows + layer.own(x, keys, values)
-            rows = rows + layer.said(layer.norms[1](rows), *(each[None] for each in said[number]))
+            new = layer.own.key(x)[:, None], layer.own.value(x)[:, None]
+            so_far = writings.written[number] if writings.written else (new[0][:, :0], new[1][:, :0])
+            keys, values = (np.concatenate(each, axis=1) for each in zip(so_far, new, strict=True))
+            written.append((keys, values))
+            rows = rows + layer.own.to_each(x, keys, values)
+            rows = rows + layer.said.to_shared(layer.norms[1](rows), groups, [one.said[number] for one in instructions])
             rows = rows + layer.narrow(gelu(layer.widen(layer.norms[2](rows))))
-        for one in writings:
-            one.length += 1
         rows = self._last(rows)
         scale = np.float32(WIDTH**-0.5)
-        starts = self._start[0](rows) @ pointed[0].T * scale
-        ends = self._end[0](rows) @ pointed[1].T * scale
-        return np.concatenate([self._keyword(rows), starts, ends], axis=-1)
+        keywords, starts, ends = self._keyword(rows), self._start[0](rows) * scale, self._end[0](rows) * scale
+        found: list[np.ndarray] = []
+        for one, group in zip(instructions, groups, strict=True):
+            pointed = starts[group] @ one.pointed[0].T, ends[group] @ one.pointed[1].T
+            found += list(np.concatenate([keywords[group], *pointed], axis=-1))
+        return Writings(writings.instructions, tuple(written), writings.length + 1), found
 
-    def _row(self, writing: Writing, last: Action | None) -> np.ndarray:
-        """Return what the last action of a goal gives the layers, (width,)."""
+    def _row(self, instruction: Instruction, last: Action | None) -> np.ndarray:
+        """Return what the last action of a goal gives the layers, (width,), without its place."""
         state = self.state
         kind, value = last or Action(KEYWORD, NUMBER_OF["<start>"])
-        row = state["keywords.weight"][value] if kind == KEYWORD else self._word(writing.memory[value : value + 1])[0]
-        return row + state["kinds.weight"][kind] + state["positions.weight"][writing.length]
+        memory = instruction.memory[value : value + 1]
+        row = state["keywords.weight"][value] if kind == KEYWORD else self._word(memory)[0]
+        return row + state["kinds.weight"][kind]
 
     def _linear(self, name: str) -> Linear:
         return Linear(self.state[f"{name}.weight"], self.state[f"{name}.bias"])

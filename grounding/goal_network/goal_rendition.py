@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from grounding.goal_network.writer import WrittenGoal
+from grounding.goal_network.beam_search import WrittenGoal
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Objects, Order, Part, PartReference, RelationPart
 from grounding.resolve.attributes import SceneObject

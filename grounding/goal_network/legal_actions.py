@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Iterable
+from collections.abc import Generator
 from dataclasses import dataclass, field
+from functools import cache
 
 from grounding.goal_network.vocabulary import (
     HEADS,
@@ -49,6 +50,7 @@ class Legal:
 # Yields what may come, takes what comes; the value of a step is the keyword that comes, "" for a phrase.
 Steps = Generator[Legal, Action, None]
 _Step = Generator[Legal, Action, str]
+_Words = tuple[str, ...] | frozenset[str]
 
 
 def legal_actions(answers: bool = True) -> Steps:
@@ -76,8 +78,13 @@ def legal_actions(answers: bool = True) -> Steps:
             word = yield from _objects(after)
 
 
-def _one(keywords: Iterable[str], start: bool = False) -> _Step:
-    action = yield Legal(frozenset(NUMBER_OF[word] for word in keywords), start)
+@cache
+def _numbers(keywords: _Words) -> frozenset[int]:
+    return frozenset(NUMBER_OF[word] for word in keywords)
+
+
+def _one(keywords: _Words, start: bool = False) -> _Step:
+    action = yield Legal(_numbers(keywords), start)
     return KEYWORDS[action.value] if action.kind == KEYWORD else ""
 
 
@@ -85,12 +92,12 @@ def _phrase(first: Action) -> Generator[Legal, Action, None]:
     yield Legal(end_from=first.value)
 
 
-def _objects(after: Collection[str], instead: Collection[str] = ()) -> _Step:
+def _objects(after: _Words, instead: _Words = ()) -> _Step:
     """Take phrases, or one keyword in place of them; return the keyword of `after` that follows."""
-    action = yield Legal(frozenset(NUMBER_OF[word] for word in instead), True)
+    action = yield Legal(_numbers(instead), True)
     if action.kind == KEYWORD:
         return (yield from _one(after))
-    follow = frozenset(NUMBER_OF[word] for word in after)
+    follow = _numbers(after)
     for count in range(1, MOST_PHRASES + 1):
         yield from _phrase(action)
         action = yield Legal(follow, count < MOST_PHRASES)
@@ -99,13 +106,13 @@ def _objects(after: Collection[str], instead: Collection[str] = ()) -> _Step:
     return KEYWORDS[action.value]
 
 
-def _length(after: Collection[str]) -> _Step:
+def _length(after: _Words) -> _Step:
     action = yield Legal(start=True)
     yield from _phrase(action)
     return (yield from _one(after))
 
 
-def _structure(shape: str, after: Collection[str]) -> _Step:
+def _structure(shape: str, after: _Words) -> _Step:
     keys = _keys_of(None if shape == "structure" else shape)
 
     def following(rank: int) -> tuple[str, ...]:
@@ -126,6 +133,7 @@ def _structure(shape: str, after: Collection[str]) -> _Step:
     return word
 
 
+@cache
 def _keys_of(shape: str | None) -> frozenset[str]:
     found: list[str] = []
     for group in KEY_GROUPS:
@@ -137,7 +145,7 @@ def _keys_of(shape: str | None) -> frozenset[str]:
     return frozenset(found)
 
 
-def _order(word: str, shape: str, rest: Collection[str]) -> _Step:
+def _order(word: str, shape: str, rest: _Words) -> _Step:
     starts = tuple(f"from {end}" for end in order_starts(shape))
     ways = () if word == f"order {ORDER_KEYS[-1]}" else ("ascending", "descending")
     word = yield from _one((*ways, *starts, *rest))
@@ -148,7 +156,7 @@ def _order(word: str, shape: str, rest: Collection[str]) -> _Step:
     return word
 
 
-def _place(after: Collection[str]) -> _Step:
+def _place(after: _Words) -> _Step:
     relations = tuple(f"rel {relation}" for relation in PLACED)
     word = yield from _objects((*relations, "at"), (*_STRUCTURES, "(all)"))
     if word == "at":

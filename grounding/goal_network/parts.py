@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
+from grounding.goal_network.beam_search import WrittenGoal
 from grounding.goal_network.goal_rendition import AfterGoal
 from grounding.goal_network.vocabulary import HEADS, KEYWORD, KEYWORDS, NO_GOAL, STRUCTURE_HEADS, Action
-from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.resolve.measures import lengths_of
-from grounding.resolve.tokens import split
+from grounding.resolve.tokens import split, words_of
 
 DIAMETER = re.compile(r"\b(?:diameter|across|wide|width)\b", re.IGNORECASE)
 RADIUS = re.compile(r"\bradius\b", re.IGNORECASE)
@@ -45,7 +46,8 @@ def parts_of(written: WrittenGoal, text: str) -> WrittenParts:
     return _Parts(written, _lengths(text), text).read()
 
 
-def _lengths(text: str) -> dict[str, float]:
+@lru_cache(maxsize=16)  # the goals of a text have its lengths
+def _lengths(text: str) -> Mapping[str, float]:
     """Find the lengths of a text: its words -> metres."""
     said = split(text)
     return {

@@ -33,6 +33,9 @@ _HALF_ERF_A = tuple(np.float32(a / 2) for a in (1.061405429, -1.453152027, 1.421
 # So many values pass through `gelu` at once: four arrays of them stay in the processor's cache, which makes it three
 # times faster than on whole batches.
 _GELU_BLOCK = 32_768
+# Up to so many rows are multiplied two by two: BLAS copies a matrix before it multiplies three rows or more by it.
+# Measured with OpenBLAS 0.3.31 for the maps of the decoder: four rows 1.4 -> 0.7 ms, five 1.6 -> 1.0, six 1.4 -> 1.1.
+_FEW = 6
 
 
 def gelu(x: np.ndarray) -> np.ndarray:
@@ -78,7 +81,12 @@ class Linear:
 
     def __call__(self, rows: np.ndarray) -> np.ndarray:
         """Map rows (n, in) to (n, out)."""
-        found = rows @ self.weight.T
+        if 2 < len(rows) <= _FEW:
+            found = np.empty((len(rows), len(self.bias)), dtype=np.float32)
+            for first in range(0, len(rows), 2):
+                np.matmul(rows[first : first + 2], self.weight.T, out=found[first : first + 2])
+        else:
+            found = rows @ self.weight.T
         found += self.bias
         return found
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
 from grounding.figures.figure import FigureError
-from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
+from grounding.goal_network.beam_search import Request, WrittenGoal
+from grounding.goal_network.goal_rendition import AfterGoal, Rendition, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, parts_of
-from grounding.goal_network.writer import NetworkWriter, WrittenGoal
+from grounding.goal_network.writer import NetworkWriter
 from grounding.goals.goal import Goal
 from grounding.propose.example_words import compared, like_mentions
 from grounding.propose.figure_mentions import (
@@ -98,20 +99,42 @@ class NetworkProposer:
         found = [replace(each, certainty=each.certainty / len(kept)) for one in kept for each in one]
         return tuple(sorted(found, key=lambda each: -each.certainty))
 
+    def ahead(self, asked: Iterable[tuple[str, Sequence[SceneObject] | None, Goal]]) -> None:
+        """Let the network write at once what `propose` will ask of it for many texts, which takes less time.
+
+        Args:
+            asked: texts, each with the objects of its scene and the goal so far.
+        """
+        if self._like:
+            return
+        requests = []
+        for text, objects, before in asked:
+            plain = StandIns.of(text, (), before)
+            for number in range(READINGS if plain.shapes else 1):
+                stand_ins = StandIns.of(text, (), before, number) if plain.shapes else plain
+                requests.append(Request.of(_with_goal(stand_ins, objects, before)[0], objects))
+        self.network.ahead(requests, LIKELIEST)
+
     def _proposed(
         self, stand_ins: StandIns, objects: Sequence[SceneObject] | None, before: Goal, answers: bool
     ) -> tuple[WordedGoal, ...]:
         """Propose goals with some stand-ins."""
-        text, so_far = stand_ins.text, stand_ins.goal(before)
-        if not so_far.parts:
-            written = self.network.likeliest(text, LIKELIEST, objects, answers)
-        else:
-            rendition = rendition_of(so_far, objects or ())
-            written = [
-                AfterGoal(one.words, one.actions, one.certainty, rendition)
-                for one in self.network.likeliest(f"{rendition.text} {text}", LIKELIEST, objects, answers)
-            ]
-        return tuple(_worded(one, text, stand_ins, before) for one in written)
+        text, rendition = _with_goal(stand_ins, objects, before)
+        written: Sequence[WrittenGoal] = self.network.likeliest(text, LIKELIEST, objects, answers)
+        if rendition is not None:
+            written = [AfterGoal(one.words, one.actions, one.certainty, rendition) for one in written]
+        return tuple(_worded(one, stand_ins.text, stand_ins, before) for one in written)
+
+
+def _with_goal(
+    stand_ins: StandIns, objects: Sequence[SceneObject] | None, before: Goal
+) -> tuple[str, Rendition | None]:
+    """Return what the network reads: a text after the goal so far in words, and these; `None` for an instruction."""
+    so_far = stand_ins.goal(before)
+    if not so_far.parts:
+        return stand_ins.text, None
+    rendition = rendition_of(so_far, objects or ())
+    return f"{rendition.text} {stand_ins.text}", rendition
 
 
 def _qualified(

@@ -14,14 +14,14 @@ from functools import cache
 import numpy as np
 
 from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.beam_search import WrittenGoal
 from grounding.goal_network.goal_rendition import ObjectPhrase, Rendition, in_centimetres, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, parts_of
 from grounding.goal_network.vocabulary import HEADS, NO_GOAL, PLACED, STRUCTURE_HEADS, Action
-from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.resolve.measures import lengths_of
-from grounding.resolve.tokens import split
+from grounding.resolve.tokens import split, words_of
 from grounding.spec import SpecError
 from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, labelled, labelled_rows, plain_label
 

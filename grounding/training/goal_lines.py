@@ -30,7 +30,7 @@ from grounding.goal_network.vocabulary import (
     Action,
 )
 from grounding.goal_network.word_presence import word_presence
-from grounding.goal_network.writer import words_of
+from grounding.resolve.tokens import words_of
 from grounding.spec import LEGAL_VALUES
 
 _BRACES = re.compile(r" ?\{[^}]*\}")

@@ -9,10 +9,11 @@ import numpy as np
 import torch
 from torch import nn
 
+from grounding.goal_network.beam_search import MOST_SAID
 from grounding.goal_network.decoder import ENCODER_HEADS, ENCODER_WIDTH, HEADS, POSITIONS, WIDTH, GoalDecoder
 from grounding.goal_network.vocabulary import KEYWORD, KEYWORDS, NUMBER_OF, START
 from grounding.goal_network.word_presence import PRESENCES, UNKNOWN
-from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID
+from grounding.goal_network.writer import ENCODER_LAYER
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.training.goal_lines import LabelledGoal
 from grounding.training.precision import quick_steps

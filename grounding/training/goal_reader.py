@@ -18,8 +18,9 @@ import numpy as np
 import torch
 
 from grounding.atomic_files import write_all_whole
+from grounding.goal_network.beam_search import MOST_SAID
 from grounding.goal_network.vocabulary import KEYWORDS
-from grounding.goal_network.writer import ENCODER_LAYER, MOST_SAID, NetworkWriter, base_arrays, base_record
+from grounding.goal_network.writer import ENCODER_LAYER, NetworkWriter, base_arrays, base_record
 from grounding.packed_weights import packed_bytes
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.training.goal_corrections import DrawnCorrections, GoalCorrection, corrected, goal_corrections

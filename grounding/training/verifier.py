@@ -23,9 +23,10 @@ from torch.nn.functional import binary_cross_entropy_with_logits, gelu
 
 from grounding.atomic_files import write_all_whole
 from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.beam_search import WrittenGoal
 from grounding.goal_network.parts import parts_of
 from grounding.goal_network.vocabulary import Action
-from grounding.goal_network.writer import ENCODER_LAYER, UPPER, NetworkWriter, WrittenGoal, base_arrays, base_record
+from grounding.goal_network.writer import ENCODER_LAYER, UPPER, NetworkWriter, base_arrays, base_record
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.packed_weights import packed_bytes, unpacked

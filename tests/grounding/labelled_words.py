@@ -1,10 +1,10 @@
 """Lead the words that a label copies to the objects of its scene, as if a network had written them."""
 
 from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.beam_search import WrittenGoal
 from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
 from grounding.goal_network.parts import parts_of
 from grounding.goal_network.vocabulary import Action
-from grounding.goal_network.writer import WrittenGoal
 from grounding.propose.proposal import WordedGoal
 from grounding.propose.resolution import resolved
 from grounding.training.goal_corrections import GoalCorrection, corrected, goals_of

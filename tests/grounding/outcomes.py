@@ -13,6 +13,7 @@ from pathlib import Path
 
 from grounding.goal_benchmark.rows import GoalRow, free_goal_rows, goal_scenes, load_goal_rows
 from grounding.goal_network.vocabulary import NO_GOAL
+from grounding.goals.goal import Goal
 from grounding.interpretation import Interpretation
 from grounding.interpreter import Interpreter
 from grounding.training.goal_corrections import goal_of
@@ -56,7 +57,9 @@ SETS: Mapping[str, Callable[[], list[GoalRow]]] = {
 
 def readings_of(rows: list[GoalRow], interpreter: Interpreter) -> list[Interpretation]:
     """Read every row in its scene."""
-    return [interpreter.interpret(row.text, None if row.scene is None else goal_scenes()[row.scene]) for row in rows]
+    scenes = goal_scenes() | {None: None}
+    interpreter.read_ahead([(row.text, scenes[row.scene], Goal()) for row in rows])
+    return [interpreter.interpret(row.text, scenes[row.scene]) for row in rows]
 
 
 def outcome_of(reading: Interpretation) -> str:

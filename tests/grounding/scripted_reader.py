@@ -34,7 +34,7 @@ class ScriptedReader:
         said = self.script.get(
             f"{before} > {text}", self.script.get(text) if not before.parts or "*" not in self.script else None
         )
-        common = {"parse": Parse(text, StructureSpec(), "scripted"), "spec": StructureSpec(),
+        common = {"slots": Parse(text, StructureSpec(), "scripted"), "spec": StructureSpec(),
                   "viewpoint": self.viewpoint,
                   "objects": None, "seconds": 0.0}  # fmt: skip
         if said is None:

@@ -80,6 +80,29 @@ def test_objects_that_are_not_there_are_refused(interpreter):
     assert reading.status == "refused" and "banana" in reading.message and "mug" in reading.message
 
 
+def test_texts_that_are_read_ahead_are_read_as_they_are_alone(interpreter):
+    objects, line = goal_scenes()["cans and cups"], Goal((StructurePart("line", objects=(0, 1, 2)),))
+    asked = [(text, objects, Goal()) for text in ("stack the cans", "put the cups in a gate", "{}")]
+    asked += [(text, objects, line) for text in ("a bit bigger, and a tower of the cups", "good morning")]
+    alone = [interpreter.interpret(*each) for each in asked]
+    interpreter.read_ahead(asked)
+    for one, other in zip(alone, (interpreter.interpret(*each) for each in asked), strict=True):
+        assert (one.status, one.goal, one.message) == (other.status, other.goal, other.message)
+        assert one.probability == pytest.approx(other.probability, abs=1e-4)
+
+
+def test_the_slots_are_read_when_they_are_looked_at_where_they_decide_nothing(interpreter, parser, monkeypatch):
+    text = "put the cups in a small circle"
+    read = interpreter.interpret(text, goal_scenes()["cans and cups"])
+    with monkeypatch.context() as patch:
+        patch.setattr(parser, "_parsed", None)
+        again = interpreter.interpret(text, goal_scenes()["cans and cups"])
+        with pytest.raises(TypeError):
+            interpreter.interpret("put the cups in a large circle")  # no scene is known: they take part
+    assert again.goal == read.goal
+    assert again.parse.text == text and again.parse.spec == StructureSpec("circle", "small") == read.parse.spec
+
+
 def test_an_unknown_viewpoint(parser, encoder, proposer, verifier):
     with pytest.raises(ViewpointError, match="'above'; legal values: robot, opposite"):
         Interpreter(lambda: parser, encoder, proposer, lambda: verifier, viewpoint="above")

@@ -87,7 +87,8 @@ def test_the_first_table_suits_the_sentence_of_the_readme(cache):
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_what_is_suggested_is_built(cache, sent, seed):
-    with Conversation(RunOptions("simulated", model="geometric", seed=seed), cache, [sent]) as conversation:
+    options = RunOptions("simulated", model="geometric", seed=seed, hold="weld")
+    with Conversation(options, cache, [sent]) as conversation:
         suggested = conversation.example()
         assert conversation.say(suggested.text)
         assert conversation.situation.goal.plain_spec == suggested.spec

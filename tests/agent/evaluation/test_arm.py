@@ -17,6 +17,7 @@ from structdiffusion.objects.libraries import load_objects
 from structdiffusion.planners.geometric import GeometricPlanner
 
 
+@pytest.mark.usefixtures("quick_arm")
 def test_a_scene_is_built_and_judged():
     models = [model for model in load_objects("ycb") if model.category in ("cup", "can")]
     scenes = with_sentences(list(draw_evaluation_scenes(models, 1, shapes=("line",), seed=2)), parsed=False)

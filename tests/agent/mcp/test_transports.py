@@ -69,7 +69,7 @@ async def whole_conversation(client, person: Person) -> None:
 
 
 def test_over_standard_input_and_output(tmp_path):
-    options = ("--scene", str(DESK), "--model", "geometric", "--out", str(tmp_path / "out"))
+    options = ("--scene", str(DESK), "--model", "geometric", "--hold", "weld", "--out", str(tmp_path / "out"))
     command, *arguments = structagent("mcp", *options)
     server = StdioServerParameters(command=command, args=arguments, cwd=tmp_path)
     person = Person()

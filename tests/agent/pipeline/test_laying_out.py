@@ -147,6 +147,7 @@ def with_one_gone():
     """The events of a line of four of which one is taken away while the second is in the hand."""
     happened = []
     with TableScene(models(), START, 4, np.random.default_rng(0)) as table:
+        table.arm.hold_by("weld")
         scene = table.look()
         replanner = StructureLayouts(StructureSpec("line"), proposing([]))
         chosen = [Arrangement(LINE @ np.linalg.inv(START))]

@@ -223,7 +223,9 @@ def test_what_no_part_names_may_be_set_aside_and_nothing_else_moves_it(blocks):
 # --- with the arm --------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("quick_arm")
 def test_a_swap_is_built_by_way_of_a_free_place_and_what_stays_is_not_touched(blocks):
+    blocks.arm.hold_by("weld")
     goal = goal_of(SWAP)
     wanted, scene = put_on_table(blocks, goal)
     proposed = propose_goal(Given(steps_of((0, 1), (1, 0))), "given", scene, wanted, 0)

@@ -23,6 +23,7 @@ from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from tests.grounding.goal_in_words import goal_of_words
+from tests.grounding.side_by_side import side_by_side
 
 DIALOGUES = [json.loads(line) for line in Path(__file__).with_name("goal_dialogues.jsonl").open(encoding="utf-8")]
 
@@ -36,15 +37,17 @@ def parts_of(said):
     return sorted(re.sub(r"^((?:[a-z ]+ of )?)(\d+(?:, \d+)+)", in_order, part.strip()) for part in said.split(";"))
 
 
-def outcome(interpreter, dialogue):
-    """Return whether all turns came out right, how many questions were answered before it ended, and whether it ended
-    with something else built. A question is answered with the right goal where that is one of its answers.
+def outcome(reader, dialogue):
+    """Hold a dialogue; return whether all turns came out right, how many questions were answered before it ended, and
+    whether it ended with something else built. A question is answered with the right goal where that is one of its
+    answers.
     """
     objects, answered = goal_scenes()[dialogue["scene"]], 0
     names = [one.name for one in objects]
     state = Dialogue()
     for each in dialogue["turns"]:
-        state, found = say(state, each["say"], interpreter, objects)
+        yield state, each["say"], objects, ()
+        state, found = say(state, each["say"], reader, objects)
         refused = found.status in ("refused", "nothing", "unchanged", "ask") and "refused" in each["then"]
         asked = found.status == "ask" and "ask" in each["then"]
         if found.status == "ask" and not (refused or asked):
@@ -86,7 +89,8 @@ RATES = [
 
 @pytest.mark.parametrize(("name", "least", "answered", "wrong"), RATES)
 def test_dialogues(interpreter, name, least, answered, wrong):
-    found = [outcome(interpreter, each) for each in DIALOGUES if each["set"] == name]
+    own = [each for each in DIALOGUES if each["set"] == name]
+    found = side_by_side(interpreter, lambda reader: [outcome(reader, each) for each in own])
     counts = {
         "of": len(found), "right": sum(right and not answers for right, answers, _ in found),
         "with answers": sum(right for right, _, _ in found),

@@ -11,6 +11,7 @@ from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from grounding.resolve.attributes import SceneObject
 from grounding.spec import StructureSpec
+from tests.grounding.side_by_side import side_by_side
 
 NAMES = {
     "red": "red cup", "green": "green cup", "blue": "blue cup", "mug": "mug", "bowl": "bowl", "banana": "banana",
@@ -157,11 +158,15 @@ def goal_of(spec, words):
     return Goal((StructurePart.of(spec, sorted(names.index(word) for word in words.split())),))
 
 
-def outcome(interpreter, stands, text, changes, objects):
-    """Return "right", "wrong", "asked" or "refused"; asked with the right goal among the answers is "offered"."""
+def outcome(reader, stands, text, changes, objects):
+    """Say a correction; return "right", "wrong", "asked" or "refused"; asked with the right goal among the answers is
+    "offered".
+    """
     spec, words, realised = stands
     things = [SceneObject(name) for name in NAMES.values()]
-    state, found = say(Dialogue(goal_of(spec, words)), text, interpreter, things, [Standing(realised)])
+    state = Dialogue(goal_of(spec, words))
+    yield state, text, things, [Standing(realised)]
+    state, found = say(state, text, reader, things, [Standing(realised)])
     wanted = goal_of(StructureSpec(**spec.to_dict() | changes), words if objects is None else objects)
 
     def right(goal):
@@ -175,7 +180,7 @@ def outcome(interpreter, stands, text, changes, objects):
 
 
 def test_rates(interpreter):
-    found = [outcome(interpreter, *row) for row in ROWS]
+    found = side_by_side(interpreter, lambda reader: [outcome(reader, *row) for row in ROWS])
     counts = {each: found.count(each) for each in ("right", "offered", "asked", "refused", "wrong")}
     print(counts)
     assert counts["right"] >= RIGHT and counts["wrong"] <= WRONG, counts

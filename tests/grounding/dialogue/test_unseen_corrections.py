@@ -23,6 +23,7 @@ from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.vocabulary import NO_GOAL
 from grounding.goals.comparison import compare_goals
 from grounding.training.goal_corrections import GoalCorrection, goal_of
+from tests.grounding.side_by_side import side_by_side
 
 
 def rows_of(file):
@@ -31,8 +32,8 @@ def rows_of(file):
     return [row for row in rows if row.after != "computed."]  # what "5 cm more" comes to has no label
 
 
-def outcome(interpreter, row):
-    """Return whether a correction is "right", "offered" among the answers of a question, "wrong",
+def outcome(reader, row):
+    """Say a correction; return whether it is "right", "offered" among the answers of a question, "wrong",
     "asked" or "refused".
     """
     objects = goal_scenes()[row.scene]
@@ -43,7 +44,8 @@ def outcome(interpreter, row):
     def right(goal):
         return any(compare_goals(goal, one, len(objects)).exact for one in wanted)
 
-    state, found = say(Dialogue(before), row.text, interpreter, objects)
+    yield Dialogue(before), row.text, objects, ()
+    state, found = say(Dialogue(before), row.text, reader, objects)
     if found.status == "ok":
         return "right" if right(found.goal) else "wrong"
     if found.status == "unchanged":
@@ -70,8 +72,10 @@ RATES = [
 @pytest.mark.parametrize(("file", "counts", "right", "with_an_answer", "wrong", "wrong_others"), RATES)
 def test_rates(interpreter, file, counts, right, with_an_answer, wrong, wrong_others):
     rows = rows_of(file)
-    goals = Counter(outcome(interpreter, row) for row in rows if row.after.strip(" .") not in NO_GOAL)
-    others = Counter(outcome(interpreter, row) for row in rows if row.after.strip(" .") in NO_GOAL)
+    found = side_by_side(interpreter, lambda reader: [outcome(reader, row) for row in rows])
+    goals, others = Counter(), Counter()
+    for row, each in zip(rows, found, strict=True):
+        (others if row.after.strip(" .") in NO_GOAL else goals)[each] += 1
     print(file, dict(goals), dict(others))
     assert (sum(goals.values()), sum(others.values())) == counts
     assert goals["right"] >= right and goals["right"] + goals["offered"] >= with_an_answer, goals

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from grounding.goal_network.decoder import GoalDecoder
+from grounding.goal_network.decoder import GoalDecoder, Writings
 from grounding.goal_network.vocabulary import KEYWORD, NUMBER_OF, START, Action, keyword
 from grounding.goal_network.word_presence import NO_NAME, NOUN_HERE, PRESENCES
 from grounding.goal_network.writer import ENCODER_LAYER
@@ -27,12 +27,17 @@ def network():
 def test_scores_agree_with_torch_action_by_action(network, encoder):
     states = encoder.word_states([WORDS], ENCODER_LAYER)
     decoder = network.decoder()
-    writing = decoder.begin(states.hidden, states.first[0], PRESENCE)
-    other = writing.copy()  # another goal of the same words, which is written beside it
-    ours = [decoder.scores([writing, other], [None, None])[0]]
-    ours += [
-        decoder.scores([other, writing], [another, action])[1] for action, another in zip(ACTIONS, reversed(ACTIONS))
-    ]
+    # Beside it others are written: of an instruction with other words, and another goal of the same words.
+    several = encoder.word_states([WORDS[:3], WORDS], ENCODER_LAYER)
+    first = [several.first[0, :3], several.first[1]]
+    fewer, same = decoder.begin(several.hidden, several.pieces, first, [PRESENCE[:3], PRESENCE])
+    writings, scores = decoder.scores(Writings((fewer, same)), [None, None])
+    ours, writings = [scores[1]], writings.chosen([0, 1, 1])
+    for action, another in zip(ACTIONS, reversed(ACTIONS)):
+        at_first = another if another.kind == KEYWORD else Action(another.kind, 0)
+        writings, scores = decoder.scores(writings, [at_first, another, action])
+        ours.append(scores[2])
+        writings = writings.chosen([0, 1, 2])
     started = [Action(KEYWORD, NUMBER_OF["<start>"]), *ACTIONS]
     with torch.no_grad():
         memory = network.remembered(

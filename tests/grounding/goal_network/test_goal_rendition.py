@@ -5,13 +5,14 @@ from dataclasses import replace
 import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.beam_search import WrittenGoal
 from grounding.goal_network.goal_rendition import AfterGoal, object_phrases, rendition_of
 from grounding.goal_network.vocabulary import END, KEYWORD, NUMBER_OF, START, Action, keyword
-from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Order, PartReference, RelationPart, StructurePart
 from grounding.propose.network import NetworkProposer
 from grounding.propose.resolution import resolved
+from grounding.resolve.tokens import words_of
 
 OBJECTS = goal_scenes()["cans and cups"]
 TOWER = StructurePart("tower", x_position="left", objects=(0, 1, 2))

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from grounding.goal_network.beam_search import WrittenGoal
 from grounding.goal_network.legal_actions import legal_actions
 from grounding.goal_network.parts import parts_of
 from grounding.goal_network.vocabulary import END, KEYWORD, KEYWORDS, NO_GOAL, START, Action
-from grounding.goal_network.writer import WrittenGoal, words_of
 from grounding.goals.goal import Goal
 from grounding.goals.parts import GoalError
+from grounding.resolve.tokens import words_of
 
 TEXT = "put the red mug 5 cm behind the bowl and the two cans in a row near me"
 

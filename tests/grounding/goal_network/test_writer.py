@@ -8,10 +8,12 @@ import shutil
 import pytest
 
 from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.beam_search import MOST_SAID, Request, WrittenGoal
 from grounding.goal_network.goal_rendition import AfterGoal, rendition_of
 from grounding.goal_network.parts import UnreadLengthError, WrittenParts, parts_of
 from grounding.goal_network.vocabulary import Action, keyword
-from grounding.goal_network.writer import MOST_SAID, WEIGHTS, GoalNetworkError, NetworkWriter, WrittenGoal, words_of
+from grounding.goal_network.writer import WEIGHTS, GoalNetworkError, NetworkWriter
+from grounding.resolve.tokens import words_of
 from grounding.training.goal_corrections import GoalCorrection, goal_of
 
 
@@ -57,6 +59,22 @@ def test_likeliest_goals_are_distinct_and_the_most_certain_first(writer):
 def test_a_goal_is_written_where_no_answer_is_wanted(writer):
     found = writer.likeliest("good morning to you", 2, answers=False)
     assert found and all(parts_of(each, "good morning to you").parts for each in found)
+
+
+def test_goals_that_are_written_side_by_side_are_those_that_are_written_alone(writer, monkeypatch):
+    objects = goal_scenes()["cans and cups"]
+    texts = ["stack the cans", "", "stack " * (MOST_SAID + 1), *(f"put the cups {'in a row ' * k}" for k in range(20))]
+    alone = [writer.likeliest(text, 3, objects) for text in texts]
+    writer.ahead([Request.of(text, objects) for text in texts], 3)
+    with monkeypatch.context() as patch:
+        patch.setattr(writer.decoder, "scores", None)  # nothing is written any more
+        together = [writer.likeliest(text, 3, objects) for text in texts]
+    assert alone[1] == alone[2] == []
+    for one, other in zip(alone, together, strict=True):
+        assert [each.actions for each in one] == [each.actions for each in other]
+        assert [each.certainty for each in one] == pytest.approx([each.certainty for each in other], rel=1e-3)
+    writer.ahead([Request.of("stack the cans", objects)], 3)
+    assert writer.likeliest("stack the cans", 3)[0].certainty != together[0][0].certainty, "in another scene"
 
 
 def test_no_words_and_too_many_words_are_not_read(writer):

@@ -31,7 +31,7 @@ def test_rates_and_what_a_changed_number_costs():
     assert rates_of([{"method": "name", "family": "gate", "number": 0, "seed": 0, "lost": "died"}])["lost"] == 1
 
 
-def test_a_gate_is_built_and_its_row_is_kept(tmp_path, capsys, in_this_process):
+def test_a_gate_is_built_and_its_row_is_kept(tmp_path, capsys, in_this_process, quick_arm):
     options = [
         "evaluate",
         "figures",

@@ -83,9 +83,10 @@ def test_what_comes_of_a_saying_is_judged(expected, happened, goal, result):
     assert _judged(happened, told, expected, goal, BEFORE) == result and result in RESULTS
 
 
+@pytest.mark.usefixtures("quick_arm")
 def test_a_saying_is_measured_on_a_drawn_table():
     one = next(one for one in sayings() if one.sentence == "leave the red one out")
-    row = _row_of(SteeringConfig(model="geometric"), ResourceCache(), one)
+    row = _row_of(SteeringConfig(model="geometric", hold="weld"), ResourceCache(), one)
     assert row["result"] == "right" and row["goal"] == "line of 1, 2, right" and row["stands"], row
 
 

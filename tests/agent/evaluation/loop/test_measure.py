@@ -54,7 +54,7 @@ def test_a_row_without_an_arrangement(build):
 def test_rows_are_kept_and_an_evaluation_is_resumed(tmp_path, capsys):
     out = tmp_path / "out"
     asked = ["evaluate", "loop", "--objects", "blocks", "--model", "geometric", "--family", "tower",
-             "--scenes", "1", "--workers", "1", "--out", str(out)]  # fmt: skip
+             "--scenes", "1", "--workers", "1", "--hold", "weld", "--out", str(out)]  # fmt: skip
     assert command_line([*asked, "--disturb", "push", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert [row["disturbance"] for row in report["rows"]] == ["none", "push"]
