@@ -42,6 +42,25 @@ def between(touching: Mapping[int, set[int]]) -> tuple[int, set[int]]:
     return max(touching.items(), key=lambda one: (both_sides(one[1]), len(one[1])))
 
 
+def press(arm: SimulatedArm, angles: np.ndarray, effort: float, folded: bool = False) -> None:
+    """Let the fingers press towards `angles` (F,), and their tips fold.
+
+    Args:
+        effort: Nm or N, of those that are not locked.
+        folded: whether that is done: a locked finger stays as it is then, and no object that swings in the hand unfolds
+            it.
+    """
+    locked, count = arm.hand.locked, len(arm.tips)
+    stays = locked[:count] & folded
+    tips = arm.tip_angles() + TIP_LEAD * ~stays
+    arm.command_fingers(
+        list(angles),
+        np.where(locked, LOCKED, effort).tolist(),
+        list(tips),
+        np.where(stays, LOCKED, TIP_SHARE * effort).tolist(),
+    )
+
+
 class MotionListener(Protocol):
     """Any listener to the commands of the arm."""
 
@@ -178,18 +197,11 @@ class ArmDriver:
 
     def _squeeze(self, effort: float) -> None:
         """Press with `effort`, Nm or N, of each finger that is not locked; tips that fold do so meanwhile."""
-        arm, locked = self.arm, self.arm.hand.locked
-        folding = len(arm.tips)
-        angles, efforts = list(arm.finger_angles() + arm.hand.squeeze), np.where(locked, LOCKED, effort)
-        of_tips = np.full(folding, TIP_SHARE * effort)
+        angles = self.arm.finger_angles() + self.arm.hand.squeeze
         for _ in range(round(SQUEEZING_SECONDS / TIME_STEP)):
-            arm.command_fingers(angles, efforts.tolist(), list(arm.tip_angles() + TIP_LEAD), of_tips.tolist())
+            press(self.arm, angles, effort)
             self.step()
-        # A locked finger stays as it is from now on: no object that swings in the hand unfolds it.
-        folded = arm.tip_angles() + TIP_LEAD * ~locked[:folding]
-        arm.command_fingers(
-            angles, efforts.tolist(), list(folded), np.where(locked[:folding], LOCKED, of_tips).tolist()
-        )
+        press(self.arm, angles, effort, folded=True)
 
     def take(self, body: int) -> None:
         """Go on with `body` in the hand."""
@@ -203,16 +215,26 @@ class ArmDriver:
         self.arm.command_fingers([opening] * len(self.arm.fingers))
 
     def let_go(self, opening: float) -> None:
-        """Open the fingers together to the angle `opening`; a weld ends when none of them touches the object any
-        more.
+        """Open the fingers together to the angle `opening`, and where the object is stuck between them there, as far as
+        they open; a weld ends when none of them touches the object any more.
         """
         self._begin("open hand")
-        targets = self.arm.finger_angles()
-        while (targets > opening).any():
-            targets = np.maximum(targets - self.arm.hand.speed * TIME_STEP, opening)
-            self.arm.command_fingers(list(targets))
-            self.step()
-            if self.arm.held is not None and not self.arm.touching(self.arm.held):
-                self.arm.drop()
-        self.arm.drop()
+        arm, held = self.arm, self.arm.held
+        self._open_slowly(opening)
+        arm.drop()
         self.wait(0.35)
+        if held is not None and both_sides(arm.touching(held)):
+            self._open_slowly(arm.hand.open)
+            self.wait(0.35)
+
+    def _open_slowly(self, opening: float) -> None:
+        arm = self.arm
+        targets = arm.finger_angles()
+        while (targets > opening).any():
+            targets = np.maximum(targets - arm.hand.speed * TIME_STEP, opening)
+            arm.command_fingers(list(targets))
+            self.step()
+            if arm.held is not None and not arm.touching(arm.held):
+                arm.drop()
+        # Fingers that are no farther closed than that may still press: they have stopped where something stopped them.
+        arm.command_fingers([opening] * len(targets))

@@ -190,7 +190,7 @@ def _contacts(
     rows, sections = [], []
     # Long things can also be taken off their middle.
     for offset in (0.0,) if half < 0.05 else (0.0, 0.3 * half, -0.3 * half):
-        slab = np.abs(along - offset) < hand.lateral
+        slab = np.abs(along - offset) < hand.lateral + hand.row_clearance
         for depth in depths:
             section = slab & (local[:, 2] > top - depth - 0.01)
             if section.sum() < 6:

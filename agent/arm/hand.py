@@ -54,6 +54,7 @@ class Hand:
         tip_level: m, where the tips end when the hand is open.
         palm_level: m, the surface of the palm. palm_width: m from the middle within which something would touch it.
         lateral: m, half the width of the fingers side by side.
+        row_clearance: m beside them along their row, where something counts as between them too.
         widest: m, the widest object between the fingers.
         side_clearance, flat_clearance: m kept on each side between the open fingers and an object, and what is flat.
         least_clearance: m, the same where an object is too wide for more.
@@ -87,6 +88,7 @@ class Hand:
     palm_level: float
     palm_width: float
     lateral: float
+    row_clearance: float
     widest: float
     side_clearance: float
     flat_clearance: float

@@ -56,6 +56,7 @@ def jaco_hand(origins: Mapping[str, np.ndarray], end_effector: str) -> Hand:
         palm_level=PALM_LEVEL,
         palm_width=0.045,
         lateral=0.032,
+        row_clearance=0.0,  # its row is so wide that it passes what is beside it too
         widest=0.165,
         side_clearance=0.008,
         flat_clearance=0.005,  # so that the fingers need not sweep the table

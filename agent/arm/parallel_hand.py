@@ -24,6 +24,7 @@ GRIP_FORCE = 20.0
 RIM_OPENINGS, RIM_CLOSED = (0.04, 0.074), 0.01
 RIM_ROOM = 0.005  # m between the finger in a hollow object and its other side
 SIDE_CLEARANCE, FLAT_CLEARANCE, LEAST_CLEARANCE = 0.008, 0.005, 0.003  # m kept on each side of an object
+ROW_CLEARANCE = 0.005  # m along the pads, which must not come down on what is wider just beside them
 RIM_DEPTH = 0.03  # m that the fingers reach below a rim at most
 PALM_DEPTH = 0.02  # m: what ends within it is the palm too
 SAMPLES = 9  # points along each side of a solid
@@ -207,6 +208,7 @@ def parallel_hand(fingers: Fingers) -> Hand:
         palm_level=palm,
         palm_width=palm_width,
         lateral=lateral,
+        row_clearance=ROW_CLEARANCE,
         widest=float(gaps[0]),
         side_clearance=SIDE_CLEARANCE,
         flat_clearance=FLAT_CLEARANCE,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import urlsplit
 
@@ -77,11 +78,14 @@ def _address(robot: str) -> str:
 
 
 def _arm_name(arm: str | None) -> str | None:
+    """Return the name of a Jaco's driver; `None` for the usual one, and for an arm from a file."""
     kind, _, name = (arm or JACO).partition(":")
+    if kind != JACO and Path(arm or "").is_file():
+        return None
     if kind != JACO or (":" in (arm or "") and not name.replace("_", "").isalnum()):
         raise UsageError(
-            f"--arm cannot be {shortened(arm or '')!r} with --robot; legal: jaco, or jaco:NAME with a name of ROS, "
-            "because no other arm is moved"
+            f"--arm cannot be {shortened(arm or '')!r} with --robot; legal: jaco, jaco:NAME with a name of ROS, or the "
+            "YAML file of an arm"
         )
     return name or None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -9,12 +10,12 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from agent import events
+from agent.arm.arm_model import ARM_MODELS, arm_model
 from agent.arm.events import Noticed, PickFailed, PlaceFailed
-from agent.arm.jaco_hand import FINGER_CLOSED
 from agent.errors import ExecutedUnverified, ExecutionFailed, RobotRefused
 from agent.event_base import Event
 from agent.pipeline.event_builders import describe_shortfall
-from agent.robots.interfaces import CLOSED_RADIANS, KinovaRos
+from agent.robots.interfaces import CLOSED_RADIANS, Interface, KinovaRos, Ros2Kortex
 from agent.robots.limits import JointLimits, Workspace
 from agent.robots.robot import Robot
 from agent.robots.rosbridge import RosbridgeLink
@@ -39,12 +40,14 @@ class RobotOptions:
             whether a person agrees.
         name: what its driver calls it; `None` for the prefix of the joints in the recording, or the model's name.
         tolerances: what is still taken for as planned.
+        clock: tells the time by which the arm is watched, s.
     """
 
     address: str
     approved: Callable[[str], bool]
     name: str | None = None
     tolerances: Tolerances = Tolerances()
+    clock: Callable[[], float] = time.monotonic
 
 
 class RealArm:
@@ -62,7 +65,8 @@ class RealArm:
         self._start = table.arm.configuration() + table.arm.wound
         self._seen_at = table.poses()
         self._robot: Robot | None = None
-        self._closed = FINGER_CLOSED if options.address == SIMULATION else float(CLOSED_RADIANS)
+        hand = table.arm.hand
+        self._closed = float(CLOSED_RADIANS) if _is_jaco(table) and options.address != SIMULATION else hand.closed
 
     def __enter__(self) -> Self:
         return self
@@ -79,14 +83,14 @@ class RealArm:
             RobotRefused: if the arm cannot be reached, or stands elsewhere.
         """
         kinematics, options = self._table.arm.kinematics, self._options
+        _check_hand(self._table)
         if options.address == SIMULATION:
             second = self._ends.enter_context(self._again())
             limits = JointLimits.of_arm(kinematics.model)
             link: SimulatedLink | RosbridgeLink = SimulatedLink(second.world, second.arm)
         else:
-            name = options.name or self._table.prefix.rstrip("_") or kinematics.model.name
-            limits = JointLimits.of_arm(kinematics.model, f"{name}_")
-            link = RosbridgeLink(options.address, KinovaRos(name), limits.names)
+            interface, limits = self._driver()
+            link = RosbridgeLink(options.address, interface, limits.names, options.clock)
         top = self._table.world.table
         workspace = Workspace.above((top.x_min, top.x_max, top.y_min, top.y_max), kinematics)
         robot = self._ends.enter_context(Robot(link, limits, workspace, options.tolerances))
@@ -97,6 +101,15 @@ class RealArm:
             f"the {kinematics.model.name} at {options.address} is in the same pose as the twin; a rehearsal in "
             "the simulation follows, and the arm does not move before you agree"
         )
+
+    def _driver(self) -> tuple[Interface, JointLimits]:
+        """Return the interface of the driver that this arm has, and its joints as the driver names them."""
+        model = self._table.arm.kinematics.model
+        if not _is_jaco(self._table):
+            limits = JointLimits.of_arm(model)
+            return Ros2Kortex(knuckle=limits.fingers[0]), limits
+        name = self._options.name or self._table.prefix.rstrip("_") or model.name
+        return KinovaRos(name), JointLimits.of_arm(model, f"{name}_")
 
     def rehearsal(self, building: Iterator[Event]) -> Iterator[Event]:
         """Yield the events of the twin's build.
@@ -128,7 +141,8 @@ class RealArm:
         """
         robot = self._robot
         assert robot is not None
-        steps = steps_of(log.motions(self._table.arm.kinematics.model), self._closed)
+        model = self._table.arm.kinematics.model
+        steps = steps_of(log.motions(model), self._closed, len(model.fingers))
         check_steps(robot, steps)
         if not steps:
             raise RobotRefused("nothing has to be moved, and the arm was not moved")
@@ -170,3 +184,24 @@ class RealArm:
             "Keep out of the arm's reach, with a hand on its emergency stop.",
         ]
         return "\n".join(lines)
+
+
+def _is_jaco(table: TableScene) -> bool:
+    model = table.arm.kinematics.model
+    return model.name in ARM_MODELS and model is arm_model(model.name)
+
+
+def _check_hand(table: TableScene) -> None:
+    """Check that the angles by which a hand is planned are those of the joint by which its driver moves it.
+
+    Raises:
+        RobotRefused: if they are not.
+    """
+    model, hand = table.arm.kinematics.model, table.arm.hand
+    sliding = {joint.name for joint in model.chain if joint.slides}
+    for name, zero, rate in zip(hand.fingers, hand.zero, hand.rate, strict=True):
+        if name in model.fingers and (name in sliding or (zero, rate) != (0.0, 1.0)):
+            raise RobotRefused(
+                f"the hand of the {model.name} cannot be moved with --robot: {name} is no joint that turns from 0 rad "
+                "(open) upwards"
+            )

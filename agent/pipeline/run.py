@@ -230,7 +230,8 @@ class _Run:
 
     def _check_arm(self, source: SceneSource) -> None:
         """Raise `BadInput` if what is asked for needs a Jaco, and the arm is none."""
-        for option, asked in (("--export-trajectory", self.trajectories), ("--robot", self.robot)):
+        needs_jaco = (("--export-trajectory", self.trajectories), ("--robot", self.robot and not self.options.arm))
+        for option, asked in needs_jaco:
             if asked and source.other_arm:
                 raise BadInput(f"{source.other_arm}; without {option}, the run builds in the simulation")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from agent.errors import RobotRefused
@@ -26,11 +26,18 @@ class RosbridgeLink:
         address: "ws://HOST:PORT".
         interface: of the arm's driver.
         names: the joints of the arm, from the base on, as its driver names them.
+        clock: tells the time by which the arm is watched, s; it never goes back.
     """
 
-    def __init__(self, address: str, interface: Interface, names: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        address: str,
+        interface: Interface,
+        names: tuple[str, ...],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         check_installed()
-        self._interface, self._names = interface, names
+        self._interface, self._names, self._clock = interface, names, clock
         self._connection = Connection(address, self._on_message)
         both = (interface.arm, interface.hand)
         self._actions = TopicActions(self._connection, both) if interface.ros == 1 else BridgeActions(self._connection)
@@ -105,7 +112,7 @@ class RosbridgeLink:
 
     def now(self) -> float:
         """See `Link`."""
-        return time.monotonic()
+        return self._clock()
 
     def wait(self, seconds: float) -> None:
         """See `Link`."""

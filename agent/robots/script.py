@@ -34,19 +34,20 @@ class Step:
         return self.lag > LEAST_LAG
 
 
-def steps_of(motions: Sequence[Motion], closed: float) -> tuple[Step, ...]:
+def steps_of(motions: Sequence[Motion], closed: float, drives: int | None = None) -> tuple[Step, ...]:
     """Return the steps of a build: its motions without those in which the arm rests.
 
     Args:
         motions: what the twin was commanded, and how it moved.
         closed: rad, of a finger that is closed as far as the real one can.
+        drives: how many of the fingers are driven, the first ones; the others move with them. By default all are.
     """
     steps: list[Step] = []
     for motion, later in zip(motions, (*motions[1:], motions[-1]) if motions else (), strict=True):
-        fingers = np.minimum(motion.fingers, closed)
+        fingers, arm = np.minimum(motion.fingers[:, :drives], closed), motion.joints.shape[1]
         if np.ptp(fingers, axis=0).max() > RESTS:
             # The twin's hand is told to open and is not waited for; after the motion that follows its fingers rest.
-            lag = fingers[-1] - later.moved[-1, -fingers.shape[1] :]
+            lag = fingers[-1] - later.moved[-1, arm:][:drives]
             steps.append(Step(Grip(motion.name, fingers[-1]), lag))
         if np.ptp(motion.joints, axis=0).max() > RESTS:
             steps.append(Step(Trajectory(motion.name, motion.times, motion.joints), np.zeros(fingers.shape[1])))

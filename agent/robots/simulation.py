@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from agent.arm.controller import GRIP_ITERATIONS, LOCKED, SQUEEZING_SECONDS, TIP_LEAD, TIP_SHARE
+from agent.arm.controller import (
+    GRIP_ITERATIONS,
+    SQUEEZING_SECONDS,
+    THIRD_FINGER_SECONDS,
+    both_sides,
+    press,
+)
 from agent.arm.simulated_arm import SimulatedArm
 from agent.robots.limits import JointLimits
 from agent.robots.link import CANCELED, SUCCEEDED, JointState, Outcome
@@ -28,7 +36,7 @@ class SimulatedLink:
         self._steps, self._began = 0, 0.0
         self._motion: Trajectory | Grip | None = None
         self._outcome: Outcome | None = None
-        self._fingers = arm.finger_angles()  # when the present grip began
+        self._begin_grip(arm.finger_angles())
 
     def connect(self) -> None:
         """See `Link`; it is always connected."""
@@ -36,14 +44,15 @@ class SimulatedLink:
     def state(self) -> JointState:
         """See `Link`."""
         names = (*self._names.names, *self._names.fingers)
-        angles = (*self._arm.configuration(), *self._arm.finger_angles())
+        fingers = self._arm.finger_angles()[: len(self._names.fingers)]  # one drive may move several, and is reported
+        angles = (*self._arm.configuration(), *fingers)
         return JointState(dict(zip(names, map(float, angles), strict=True)), dict.fromkeys(names, self.now()))
 
     def send(self, motion: Trajectory | Grip) -> None:
         """See `Link`."""
         self._motion, self._outcome, self._began = motion, None, self.now()
         if isinstance(motion, Grip):
-            self._fingers = self._arm.finger_set_point.copy()
+            self._begin_grip(self._arm.finger_angles())
             self._arm.brace()
             self._world.refine(GRIP_ITERATIONS)
 
@@ -83,6 +92,12 @@ class SimulatedLink:
     def close(self) -> None:
         """See `Link`."""
 
+    def _begin_grip(self, fingers: np.ndarray) -> None:
+        self._fingers, self._stopped = fingers, np.full(len(fingers), np.inf)  # where they were; where they wait
+        self._touched: dict[int, set[int]] = {}  # body -> the fingers that have touched it
+        self._patience = 1 if len(fingers) == 2 else round(THIRD_FINGER_SECONDS / TIME_STEP)
+        self._pressing_since = math.nan
+
     def _follow(self, trajectory: Trajectory) -> None:
         elapsed = self.now() - self._began
         self._arm.command(trajectory.at(np.array([elapsed]))[0])
@@ -90,16 +105,30 @@ class SimulatedLink:
             self._motion, self._outcome = None, Outcome(SUCCEEDED)
 
     def _grip(self, grip: Grip) -> None:
-        """Drive the fingers on; where something stops one, fingers 2 and 3 press on it, as in a build of the twin."""
-        arm, hand = self._arm, self._arm.hand
-        reach = hand.speed * (self.now() - self._began)
-        way = grip.angles - self._fingers
+        """Drive the fingers on; each that closes waits where it touches something, and then all press, as in a build.
+
+        They press once both sides touch a body, and the third finger had its time, or all have arrived.
+        """
+        arm, hand, way = self._arm, self._arm.hand, grip.angles - self._fingers
+        if math.isnan(self._pressing_since):
+            reach = hand.speed * (self.now() - self._began)
+            angles = np.minimum(self._fingers + np.clip(way, -reach, reach), self._stopped)
+            arm.command_fingers(list(angles))
+            for body in self._world.bodies if (way > 0.0).any() else ():
+                self._touched.setdefault(body, set()).update(arm.touching(body))
+            if not hand.coupled:
+                for k in set[int]().union(*self._touched.values()):
+                    if way[k] > 0.0 and np.isinf(self._stopped[k]):
+                        self._stopped[k] = arm.finger_angles()[k]
+            self._patience -= any(map(both_sides, self._touched.values()))
+            if reach > np.abs(way).max() or self._patience <= 0:
+                self._pressing_since = self.now()
+            return
         met = bool((grip.angles - arm.finger_angles() > MET).any())
-        if met and reach > np.abs(way).max():
-            efforts = np.where(hand.locked, LOCKED, hand.grip_effort).tolist()
-            tips = list(arm.tip_angles() + TIP_LEAD)
-            arm.command_fingers(list(grip.angles), efforts, tips, [TIP_SHARE * hand.grip_effort] * len(tips))
+        over = self.now() - self._pressing_since > SQUEEZING_SECONDS
+        if met:
+            press(arm, self._fingers + way, hand.grip_effort, folded=over)
         else:
-            arm.command_fingers(list(self._fingers + np.clip(way, -reach, reach)))
-        if reach > np.abs(way).max() + hand.speed * SQUEEZING_SECONDS:
+            arm.command_fingers(list(self._fingers + way))
+        if over:
             self._motion, self._outcome = None, Outcome(CANCELED if met else SUCCEEDED)

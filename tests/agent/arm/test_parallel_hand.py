@@ -8,13 +8,14 @@ import pybullet_data
 import pytest
 
 from agent.arm.arm_file import load_arm
+from agent.arm.controller import ArmDriver, both_sides
 from agent.arm.events import Picked, Placed, Planned
-from agent.arm.grasps import grasps_of
+from agent.arm.grasps import grasps_of, hand_pose
 from agent.arm.kinematics import Kinematics
 from agent.arm.simulated_arm import SimulatedArm
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
-from structdiffusion.simulation.world import TIME_STEP
+from structdiffusion.simulation.world import TIME_STEP, TabletopWorld
 from tests.agent.arm.gen3 import write_arm
 from tests.agent.arm.test_executor import build
 from tests.agent.arm.test_grasps import ring, top_of_box
@@ -80,6 +81,20 @@ def test_what_is_too_wide_between_the_fingers_is_not_grasped(model):
     assert kinds == {"rim"}
 
 
+def test_open_fingers_pass_what_is_wider_just_beside_them(model):
+    """A spoon's neck is taken; its bowl begins 1 mm beside the pads."""
+    hand, bowl = model.hand, 0.02
+    neck, wide = top_of_box((0.01, 0.12, 0.01)), top_of_box((2 * bowl, 0.05, 0.01), (0.45, 0.0))
+    wide[:, 1] += hand.lateral + 0.001 + 0.025
+    grasps = [each for each in grasps_of(np.concatenate((neck, wide)), hand, friction=True) if not each.slides]
+    at_neck = [each for each in grasps if each.kind == "flat" and abs(each.world_from_ee[0, 0]) > 0.999]
+    assert at_neck
+    for each in at_neck:
+        beside = wide[:, 1] - each.world_from_ee[1, 3] < hand.lateral + 0.004
+        gap = np.interp(each.opening, hand.angles, hand.gaps[:, np.argmin(np.abs(hand.levels - 0.14))])
+        assert not beside.any() or gap > 2 * bowl
+
+
 @pytest.mark.parametrize("kind", ["fork", "bowl", "box", "candle", "cup", "plate"])
 def test_pick_and_place(model, kind):
     events, poses, goals = build(
@@ -89,6 +104,21 @@ def test_pick_and_place(model, kind):
     assert [type(event) for event in events if not type(event).__name__.endswith("Failed")] == [Planned, Picked, Placed]
     assert np.linalg.norm(poses[0][:3, 3] - goals[0][:3, 3]) < 0.03
     assert poses[0][2, 2] > math.cos(math.radians(15))
+
+
+def test_what_is_stuck_between_the_fingers_is_let_go(model):
+    """The fingers stop at a width at which the plan takes them to be open."""
+    block = procedural_object("block", 0)
+    with TabletopWorld([block], [pose_from_xyz_yaw(0.45, 0.0, 0.0, 0.0)]) as world:
+        arm = SimulatedArm(world.client, Kinematics(model, model.mounted))
+        around = hand_pose((0.45, 0.0, block.height - 0.03 + model.hand.tip_level), 0.0)
+        arm.teleport(arm.kinematics.solve(around, np.random.default_rng(0)))
+        driver = ArmDriver(world, arm)
+        body, touching = driver.close(*world.bodies)
+        assert both_sides(touching)
+        driver.take(body)
+        driver.let_go(arm.finger_angles().max() + 0.01)
+        assert not arm.touching(body)
 
 
 def test_a_tower_of_two(model):

@@ -55,11 +55,17 @@ def test_legal_arms(arm, name):
     assert options(arm=arm).name == name
 
 
+def test_the_file_of_an_arm_is_legal(tmp_path):
+    path = tmp_path / "gen3.yaml"
+    path.write_text("urdf: gen3.urdf")
+    assert options(arm=str(path)).name is None
+
+
 @pytest.mark.parametrize("arm", ("", "gen3", "jaco:", "jaco:a b", "jaco:/left"))
 def test_other_arms_are_refused(arm):
     if arm == "":
         arm = " "
-    with pytest.raises(UsageError, match="--arm cannot be .*; legal: jaco, or jaco:NAME"):
+    with pytest.raises(UsageError, match="--arm cannot be .*; legal: jaco, jaco:NAME .*YAML"):
         options(arm=arm)
 
 

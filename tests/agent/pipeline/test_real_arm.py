@@ -1,22 +1,29 @@
 """An arm carries out what the twin has built only as planned and approved, and never claims that anything stands."""
 
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from agent.arm.arm_file import load_arm
+from agent.arm.build_listeners import BuildListeners
 from agent.arm.events import Noticed, PickFailed
+from agent.arm.executor import build_structure
+from agent.arm.kinematics import Kinematics
 from agent.arm.simulated_arm import SimulatedArm
 from agent.errors import EXECUTED, ROBOT_REFUSED, ExecutedUnverified, ExecutionFailed, RobotRefused, RobotStopped
 from agent.pipeline.real_arm import RealArm, RobotOptions
-from agent.recordings.trajectory_export import Motion
-from agent.robots.interfaces import KinovaRos
+from agent.recordings.trajectory_export import Motion, TrajectoryLog
+from agent.robots.interfaces import KinovaRos, Ros2Kortex
 from agent.robots.limits import JointLimits
 from structdiffusion.geometry import pose_from_xyz_yaw
-from structdiffusion.observation import Table
+from structdiffusion.objects.procedural import procedural_object
+from structdiffusion.observation import Arrangement, Table
 from structdiffusion.simulation.world import TabletopWorld
+from tests.agent.arm.gen3 import write_arm
 from tests.agent.robots.conftest import MODEL, PATIENT, way
+from tests.agent.robots.physics_arm import PhysicsArm
 from tests.agent.robots.rosbridge_server import StandInArm, running
 
 NAME = "left"
@@ -151,3 +158,52 @@ def test_a_rehearsal_that_went_otherwise_moves_no_arm(table, event, said):
     with pytest.raises(ExecutionFailed, match=f"the arm was not moved: .*{said}"):
         list(arm.rehearsal(iter((event,))))
     assert list(arm.rehearsal(iter(("planned",)))) == ["planned"]
+
+
+def interface_of(model):
+    """Return the driver's interface of a model, and its joints as the driver names them."""
+    if model is MODEL:
+        return KinovaRos(model.name), JointLimits.of_arm(model, f"{model.name}_")
+    limits = JointLimits.of_arm(model)
+    return Ros2Kortex(knuckle=limits.fingers[0]), limits
+
+
+@pytest.mark.parametrize("maker", ("jaco", "gen3"))
+def test_an_arm_in_physics_behind_a_server_builds_what_the_twin_has_built(maker, tmp_path):
+    """The arm is watched by the clock of the second table's physics."""
+    model = MODEL if maker == "jaco" else load_arm(write_arm(tmp_path))
+    kinematics, objects = Kinematics(model, model.mounted), [procedural_object("candle", 0)]
+    start, goal = pose_from_xyz_yaw(0.42, -0.15, 0.0, 0.6), pose_from_xyz_yaw(0.47, 0.1, 0.0, 0.9)
+    interface, limits = interface_of(model)
+    with ExitStack() as ends:
+        twin, second = (ends.enter_context(TabletopWorld(objects, [start], Table())) for _ in range(2))
+        arm = SimulatedArm(twin.client, kinematics)
+        table = TwinTable(arm=arm, world=twin, prefix="", notes=(), missing={}, looks=0)
+        behind = PhysicsArm(second, SimulatedArm(second.client, kinematics), limits.names, limits.fingers)
+        _, address = ends.enter_context(running(interface, behind))
+        ends.enter_context(behind.passing())
+        options = RobotOptions(address, lambda question: True, None, PATIENT, behind.now)
+        real = ends.enter_context(RealArm(options, table, nullcontext))
+        log, rng = TrajectoryLog(), np.random.default_rng(0)
+        list(real.connect())
+        behind.go.clear()  # its time stands still meanwhile
+        arrangement = Arrangement((goal @ np.linalg.inv(start))[None])
+        scene, listeners = twin.observe(rng), BuildListeners(log=log)
+        list(real.rehearsal(build_structure(twin, arm, scene, [arrangement], rng=rng, listeners=listeners)))
+        behind.go.set()
+        with pytest.raises(ExecutedUnverified, match="carried out all .* motions; not verified"):
+            list(real.carry_out(log))
+        assert np.linalg.norm((twin.pose(0) - goal)[:3, 3]) < 0.02
+        assert np.linalg.norm((second.pose(0) - twin.pose(0))[:3, 3]) < 0.01
+        assert second.pose(0)[2, 2] > 0.99 and not behind.cancels
+
+
+def test_a_hand_whose_fingers_slide_is_refused(table):
+    hand = SimpleNamespace(fingers=("left",), zero=np.array([0.04]), rate=np.array([-1.0]), closed=0.04)
+    model = SimpleNamespace(name="panda", chain=(), fingers={"left": (0.04, 0.0)})
+    table.arm = SimpleNamespace(
+        kinematics=SimpleNamespace(model=model), hand=hand, configuration=lambda: np.zeros(7), wound=np.zeros(7)
+    )
+    with RealArm(RobotOptions("ws://127.0.0.1:9", lambda question: True), table, nullcontext) as arm:
+        with pytest.raises(RobotRefused, match="hand of the panda .*: left is no joint that turns from 0 rad"):
+            list(arm.connect())

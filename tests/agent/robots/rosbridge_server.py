@@ -32,7 +32,7 @@ class StandInArm:
         moved: whether any goal has moved anything. goals, cancels, halts: how often each was asked for.
         fault: what goes wrong, one of the words below, or empty.
         thing: rad before their angles at which closing fingers stop.
-        cancelled_at: when the first cancel arrived, s of the monotonic clock.
+        cancelled_at: when the first cancel arrived, s of its clock.
     """
 
     def __init__(self, names: Sequence[str], positions: Sequence[float], fingers: Sequence[str]) -> None:
@@ -45,15 +45,27 @@ class StandInArm:
         self._way: tuple[float, np.ndarray, np.ndarray, tuple[str, ...]] | None = None
         self._lock = threading.Lock()
 
+    def now(self) -> float:
+        """Return the time, s."""
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Return after `seconds`."""
+        time.sleep(seconds)
+
     def begin(self, times: Sequence[float], positions: np.ndarray, names: Sequence[str]) -> float:
         """Begin to move; return how long it takes."""
         with self._lock:
             self.goals += 1
             if self.fault != "does not move":
-                if self.fault == "goes elsewhere":
-                    positions = positions + 0.6 * np.arange(len(positions))[:, None] / max(1, len(positions) - 1)
-                self._way = (time.monotonic(), np.array(times), positions, tuple(names))
+                positions = self._led_astray(positions)
+                self._way = (self.now(), np.array(times), positions, tuple(names))
         return float(times[-1])
+
+    def _led_astray(self, positions: np.ndarray) -> np.ndarray:
+        if self.fault != "goes elsewhere":
+            return positions
+        return positions + 0.6 * np.arange(len(positions))[:, None] / max(1, len(positions) - 1)
 
     def close_fingers(self, angles: Sequence[float]) -> float:
         """Begin to move the fingers; return how long it takes."""
@@ -69,6 +81,14 @@ class StandInArm:
             self._advance()
             self._way = None
 
+    def ended(self, seconds: float, canceled: threading.Event) -> str:
+        """Wait until a motion that takes `seconds` is over; return how it ended."""
+        return "canceled" if canceled.wait(seconds + 0.05) else "done"
+
+    def pause(self, socket: ServerConnection) -> None:
+        """Wait until there is something to report again to the other end of a connection."""
+        time.sleep(0.01)
+
     def report(self) -> dict[str, float]:
         """Return what the driver reports now."""
         with self._lock:
@@ -79,7 +99,7 @@ class StandInArm:
         if self._way is None:
             return
         began, times, positions, names = self._way
-        elapsed = time.monotonic() - began
+        elapsed = self.now() - began
         for name, column in zip(names, positions.T, strict=True):
             value = float(np.interp(elapsed, times, column))
             self.moved |= abs(value - self.positions[name]) > 1e-4
@@ -129,7 +149,7 @@ class RosbridgeServer:
             while not ended.is_set():
                 if not self.silent.is_set():
                     socket.send(json.dumps({"op": "publish", "topic": topic, "msg": self._state()}))
-                time.sleep(0.01)
+                self.arm.pause(socket)
         elif op == "subscribe" and topic.endswith("/status") and self.arm.fault != "no action server":
             while not ended.is_set():
                 socket.send(json.dumps({"op": "publish", "topic": topic, "msg": {"status_list": []}}))
@@ -150,7 +170,7 @@ class RosbridgeServer:
     def _cancel(self, key: str) -> None:
         self.arm.cancels += 1
         if math.isnan(self.arm.cancelled_at):
-            self.arm.cancelled_at = time.monotonic()
+            self.arm.cancelled_at = self.arm.now()
         if self.arm.fault != "ignores cancel":
             self.arm.halt()
             self._canceled.setdefault(key, threading.Event()).set()
@@ -167,15 +187,15 @@ class RosbridgeServer:
             self._result(socket, key, action, "done")
             return
         if fault == "loses the connection":
-            time.sleep(seconds / 4)
+            self.arm.sleep(seconds / 4)
             self.drop()
             return
         if fault == "falls silent":
-            time.sleep(seconds / 4)
+            self.arm.sleep(seconds / 4)
             self.silent.set()
         if fault == "late":  # its result comes when the test asks for it, and then for a goal that is over
             self.arm.accept.wait(60.0)
-        ended = "canceled" if canceled.wait(0.0 if fault == "late" else seconds + 0.05) else "done"
+        ended = self.arm.ended(0.0 if fault == "late" else seconds, canceled)
         if fault == "fails" and ended == "done":
             ended = "failed"
         self._result(socket, key, action, ended)

@@ -41,6 +41,13 @@ def test_what_rests_is_left_out_and_what_is_held_is_known():
     assert steps_of([], closed=1.5) == ()
 
 
+def test_of_a_hand_with_one_drive_one_finger_is_asked_for():
+    steps = steps_of(motions(np.array([0.15, 0.0, 0.0])), closed=1.5, drives=1)
+    grips = [step for step in steps if isinstance(step.motion, Grip)]
+    assert [step.motion.angles.tolist() for step in grips] == [[0.2], [1.2]]
+    assert [step.lag.round(3).tolist() for step in grips] == [[0.0], [0.15]]
+
+
 def approved(cell, thing):
     here = cell()
     here.arm.thing = thing
