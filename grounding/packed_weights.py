@@ -74,4 +74,5 @@ def _quantised(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     step = np.abs(values).max(axis=1) / _HALF
     step = np.maximum(step, np.float32(np.finfo(np.float16).tiny)).astype(np.float16)
     levels = np.floor(values / step[:, None].astype(np.float32)) + _HALF
-    return np.clip(levels, 0, 2 * _HALF - 1).astype(np.uint8), step
+    # Row by row: safetensors writes an array as it lies in memory, whatever its order.
+    return np.clip(levels, 0, 2 * _HALF - 1).astype(np.uint8, order="C"), step

@@ -48,6 +48,15 @@ def test_equal_networks_differ_by_nothing_that_counts(arrays):
     assert np.abs(unpacked(packed(base, base), base)["matrix"] - base["matrix"]).max() < 1e-3
 
 
+def test_what_was_unpacked_can_be_stored_again(arrays):
+    """Unpacked matrices lie column by column in memory; a file must not depend on it."""
+    from safetensors.numpy import load
+
+    once = unpacked(packed(arrays[0], {}), {})
+    twice = unpacked(load(packed_bytes(once, {})), {})
+    np.testing.assert_allclose(twice["matrix"], once["matrix"], atol=0.03)
+
+
 def test_other_shapes_are_refused(arrays):
     own, base = arrays
     with pytest.raises(ValueError, match="'matrix' has another shape"):
