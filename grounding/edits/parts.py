@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
-from grounding.edits.tokens import Token, Tokens
+from grounding.edits.tokens import TO, Token, Tokens
 from grounding.goals.parts import (
     DIRECTIONAL,
     WITH_DISTANCE,
@@ -81,7 +81,8 @@ def as_long(part: Part, said: Tokens, known: Standing) -> Part:
     key = _length_key(part, said, given=False)
     now = getattr(part, key)
     compared = said.value("more") is not None or said.value("less") is not None
-    if compared and now is not None and (metres > now) != (said.value("more") is not None):
+    told = said.value("be") == TO
+    if compared and not told and now is not None and (metres > now) != (said.value("more") is not None):
         return longer(part, said, known)  # "a bit wider, like 2 cm" is meant on top
     return _with_length(part, key, metres, known)
 

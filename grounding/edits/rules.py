@@ -66,10 +66,13 @@ class Rule:
 
 _AMOUNT, _COMPARED = "(length|number)", "(more|less)"
 RULES = (
-    Rule("as long", "(move )?(key )?(bit )?(more|less) be length( key)?", as_long),
+    Rule("as long", "(move )?(key )?(bit )?(more|less)( key)? be length( key)?", as_long),
     Rule("so long", "(move )?(key )?be length( key)?", as_long, False),
-    Rule("longer", f"(move )?(key )?(be )?({_AMOUNT}( key)? {_COMPARED}|{_COMPARED}( bit)? {_AMOUNT}( more)?)( key)?",
-         longer),
+    Rule(
+        "longer",
+        f"(move )?(key )?(be )?({_AMOUNT}( key)? {_COMPARED}|{_COMPARED}( bit)?( key)? {_AMOUNT}( more)?)( key)?",
+        longer,
+    ),
     Rule("scaled", "(key )?(be )?factor( key)?( more| less)?( key)?", scaled),
     Rule("back", "(move )?direction number", back),
     Rule(

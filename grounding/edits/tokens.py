@@ -15,6 +15,7 @@ from grounding.resolve.word_forms import singular
 from grounding.structure_words import words_of
 
 Value = float | str
+TO = "to"  # "reduce it to 12 cm" names the value itself
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,9 @@ def _phrases(kind: str, values: Mapping[Value, str] | str) -> dict[tuple[str, ..
 
 _PHRASES: Mapping[tuple[str, ...], Token] = {
     **_phrases("more", "more, further, farther, wider, longer, bigger, larger, roomier, looser, extra, another, add, "
-               "plus, increase, widen, beyond, over"),
-    **_phrases("less", "less, closer, nearer, shorter, tighter, narrower, smaller, minus, reduce, subtract, back off"),
+               "plus, increase, increased, widen, widened, enlarge, expand, extend, grow, stretch, beyond, over"),
+    **_phrases("less", "less, closer, nearer, shorter, tighter, narrower, smaller, minus, reduce, reduced, decrease, "
+               "decreased, shrink, shorten, tighten, cut, subtract, back off"),
     **_phrases("key", {
         "gap": "gap, gaps, spacing, spaces, space, apart, interval, intervals, separation, clearance, between, "
         "between them, in between",
@@ -111,6 +113,7 @@ _FILLERS = frozenset(
     "from where is it's as again so than make let let's have give need needs be should go goes get set please , . ! ? "
     ": ; sorry wait cheers thanks one ones thing stands".split()
 )
+_BEFORE_A_VALUE = frozenset((",", ":", TO))
 _WITH_OBJECTS = frozenset("add plus another minus reduce subtract extra".split())
 _DEGREES = frozenset("degree degrees deg °".split())
 
@@ -130,7 +133,7 @@ def tokens_of(text: str, goal: Goal, objects: Sequence[SceneObject]) -> Tokens |
     found, targets, named = list[Token](), dict[int, None](), list[int]()
     every = False
     while place < len(said.words):
-        if said.word(place) in (",", ":") and found and length_at(said, place + 1) is not None:
+        if said.word(place) in _BEFORE_A_VALUE and found and length_at(said, place + 1) is not None:
             found.append(Token("be", said.word(place)))  # "closer, 3 cm" is not 3 cm closer
             place += 1
         elif (token := _measure(said, place) or _phrase(said.words, place)) is not None:
