@@ -171,7 +171,7 @@ class GoalPhrases:
     def _spelled(self, word: str) -> str:
         """Correct a typing error, but to no noun that nothing here is called: "sofas" are no sodas."""
         known = self._there.encoder.whole_words if self._there.encoder is not None else ()
-        found = word if word in known else corrected(word, self._there.vocabulary)
+        found = corrected(word, self._there.vocabulary, known)
         return found if found == word or not self._there.is_noun(found) or self._there.named(found) else word
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import lru_cache
 
 from rapidfuzz import process
@@ -17,18 +18,23 @@ from grounding.resolve.place_words import SIDES
 from grounding.resolve.word_forms import FORMS, Vocabulary
 
 KNOWN_WORDS = READ_WORDS | GENERAL | IDLE | frozenset((*COLOURS, *COLOUR_OF, *SIDES, *PROPERTIES, *SAME_PROPERTY))
-_SHORT = 5  # letters: shorter words are right as they are, "sour" is no soup
+# Letters of the shortest words that are corrected: where the words of English are not known, "sour" could be soup, and
+# "tree" three.
+_SHORTEST, _SHORTEST_UNCHECKED = 4, 5
 _ABBREVIATIONS = ("id", "si", "sm", "lg", "cas")
 
 
-def corrected(word: str, nouns: Vocabulary) -> str:
+def corrected(word: str, nouns: Vocabulary, english: Collection[str] = ()) -> str:
     """Return the word that a mistyped one stands for, or the word itself.
 
     Args:
         word: in small letters.
         nouns: the nouns that are known.
+        english: words that are right as they are; without any, words of four letters are.
     """
-    if word in everyday_words() or word in nouns.forms or not _SHORT <= len(word) <= 24 or not word.isascii():
+    if word in everyday_words() or word in nouns.forms or word in english:
+        return word
+    if not (_SHORTEST if english else _SHORTEST_UNCHECKED) <= len(word) <= 24 or not word.isascii():
         return word
     if word in SHORTHAND and word not in _ABBREVIATIONS:
         return SHORTHAND[word]

@@ -223,3 +223,16 @@ def test_a_parser_that_cannot_be_used_gives_way_to_another_and_says_so(parser, e
     assert read.status == "ok" and read.parse.parser == "embedding" and "no model" in read.fallback
     with pytest.raises(LLMError):
         Interpreter(unusable, encoder, proposer, lambda: verifier).interpret("stack the cans")
+
+
+@pytest.mark.parametrize(
+    ("scene", "text", "goal"),
+    [
+        ("fruit and plate", "put the gren aple on the plate", "2 on 0"),
+        ("cans and cups", "put the bleu can behind the red can", "1 behind 0"),
+        ("grocery", "put the sour can on the milk carton", None),  # English as it is: no slip of "soup"
+    ],
+)
+def test_typing_errors_of_short_words(interpreter, scene, text, goal):
+    read = interpreter.interpret(text, goal_scenes()[scene])
+    assert (str(read.goal) if read.status == "ok" else None) == goal
