@@ -111,7 +111,7 @@ PLANNERS: Mapping[str, PlannerParts] = {
 # Those that people build with; the others are the paper's baselines and ablations, which tables are made of.
 USUAL = ("diffusion", "diffusion-tokens", "geometric", "geometric+rollout")
 # The names in messages: all of them would fill half a page.
-LEGAL_NAMES = f"{', '.join(USUAL)}; `structagent models list --all` adds the baselines and ablations"
+LEGAL_NAMES = f"{', '.join(USUAL)}, and the baselines and ablations (see `structagent models list`)"
 
 
 def legal_instead_of(name: str) -> str:
@@ -119,7 +119,7 @@ def legal_instead_of(name: str) -> str:
     near = get_close_matches(name.lower(), PLANNERS, n=3)
     if not near:
         return f"legal values: {LEGAL_NAMES}"
-    return f"did you mean {' or '.join(map(repr, near))}? `structagent models list --all` names all {len(PLANNERS)}"
+    return f"did you mean {' or '.join(map(repr, near))}? See `structagent models list`"
 
 
 def networks_of(planner: str) -> list[str]:

@@ -54,7 +54,7 @@ for line in json.load(sys.stdin):
         assert code == 2 and loaded == [] and said.count("\n") == 1 and repr(line[-1]) in said, (line, said, loaded)
     assert told[0][1] == (
         "structagent: --model cannot be 'difusion'; did you mean 'diffusion' or 'diffusion-paper' or "
-        "'diffusion-tokens'? `structagent models list --all` names all 43\n"
+        "'diffusion-tokens'? See `structagent models list`\n"
     )
     assert "legal: ycb, procedural, " in told[len(VERBS_WITH_A_MODEL)][1]
     assert "'embedding', 'llm'" in told[-1][1]

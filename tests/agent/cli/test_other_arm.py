@@ -30,7 +30,6 @@ objects:
         (BAD_INPUT, "run TEXT", {"home": None}, ("gen3.yaml", "lacks the key 'home'")),
         (BAD_INPUT, "batch orders.txt --out rows", {"pads": ["palm", "left_pad"]}, ("gen3.yaml", "pads cannot be")),
         (BAD_INPUT, "evaluate arm", {"urdf": "none.urdf"}, ("gen3.yaml", "none.urdf")),
-        (USAGE, "run TEXT --robot simulation --approve", {}, ("--arm cannot be", "with --robot", "jaco:NAME")),
         (USAGE, "run TEXT --scene example", {}, ("--arm cannot be", "with the recording 'example'")),
         (BAD_INPUT, "run TEXT --export-trajectory plan.json", {}, ("gen3.yaml", "is no Jaco")),
     ],

@@ -43,7 +43,7 @@ def test_arguments_choices_switches_and_nested_commands():
     assert "- `--shape circle|line|tower|table setting|cluster|" in section(text, "structagent scene new")
     group, command = section(text, "structagent evaluate"), section(text, "structagent evaluate success")
     assert "- [`structagent evaluate arm`](#structagent-evaluate-arm): Measure how often" in group
-    assert "`structagent models list --all` adds the baselines and ablations. Repeatable." in command
+    assert "and the baselines and ablations (see `structagent models list`). Repeatable." in command
     other = section(text, "structagent train cvae")  # the same options as the command before
     assert "**Options**: those of [`structagent train diffusion`](#structagent-train-diffusion).\n" in other
     assert "--device" in section(text, "structagent train diffusion") and "--device" not in other
