@@ -53,7 +53,7 @@ def longer(part: Part, said: Tokens, known: Standing) -> Part:
     """Add to a length, or take from it: "5 cm more", "2 cm tighter"."""
     amount = said.value("length")
     metres = float(amount if amount is not None else 0.01 * float(said.value("number") or 0))  # of bare numbers: cm
-    sign = 1 if said.value("more") is not None else -1
+    sign = float(said.value("change") or (1 if said.value("more") is not None else -1))
     moved_closer = isinstance(part, RelationPart) and part.relation == "moved" and part.direction == "closer"
     if moved_closer and said.value("less") in ("closer", "nearer"):
         sign = 1

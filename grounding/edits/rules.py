@@ -73,6 +73,8 @@ RULES = (
         f"(move )?(key )?(be )?({_AMOUNT}( key)? {_COMPARED}|{_COMPARED}( bit)?( key)? {_AMOUNT}( more)?)( key)?",
         longer,
     ),
+    Rule("raised", f"(change key|key change) {_AMOUNT}", longer),
+    Rule("raised to", "(change key|key change) be length", as_long),
     Rule("scaled", "(key )?(be )?factor( key)?( more| less)?( key)?", scaled),
     Rule("back", "(move )?direction number", back),
     Rule(

@@ -23,9 +23,9 @@ class Token:
     """A word, or several, of one kind.
 
     Attributes:
-        kind: "length" (m), "number", "angle" (degrees), "factor", "more", "less", "key" (which length), "direction",
-            "opposite", "side", "way", "swap", "reverse", "turn", "rotation" (1 for clockwise, -1), "move", "bit", "be"
-            ("like", "make it").
+        kind: "length" (m), "number", "angle" (degrees), "factor", "more", "less", "change" (1 or -1), "key" (which
+            length), "direction", "opposite", "side", "way", "swap", "reverse", "turn", "rotation" (1 for clockwise,
+            -1), "move", "bit", "be" ("like", "make it").
         value: as its kind says; otherwise the word.
     """
 
@@ -71,6 +71,8 @@ _PHRASES: Mapping[tuple[str, ...], Token] = {
                "plus, increase, increased, widen, widened, enlarge, expand, extend, grow, stretch, beyond, over"),
     **_phrases("less", "less, closer, nearer, shorter, tighter, narrower, smaller, minus, reduce, reduced, decrease, "
                "decreased, shrink, shorten, tighten, cut, subtract, back off"),
+    # Of a length that is named alone: "drop the cup" is something else.
+    **_phrases("change", {1.0: "raise, raised, up", -1.0: "lower, lowered, drop, dropped, down"}),
     **_phrases("key", {
         "gap": "gap, gaps, spacing, spaces, space, apart, interval, intervals, separation, clearance, between, "
         "between them, in between",

@@ -24,6 +24,9 @@ LENGTHS = [
     (BESIDE, "Reduce that to 8 cm.", "3 left of 0 by 8 cm"),
     (BESIDE, "widen it to 12 cm", "3 left of 0 by 12 cm"),
     (RING, "shrink the radius by 2 cm", "circle of 3, 4, 5, radius 13 cm"),
+    (LINE, "drop the spacing by 5 mm", "line of 0, 1, 2, gap 4.5 cm"),
+    (LINE, "gap up by 1 cm", "line of 0, 1, 2, gap 6 cm"),
+    (LINE, "lower the gap to 2 cm", "line of 0, 1, 2, gap 2 cm"),
     (BESIDE, "reduce it by 3 cm", "3 left of 0 by 7 cm"),
     (LINE, "double the gap", "line of 0, 1, 2, gap 10 cm"),
     (LINE, "halve that", "line of 0, 1, 2, gap 2.5 cm"),
@@ -123,7 +126,7 @@ def test_what_cannot_be_done_is_said_with_what_to_say_instead(goal, said, words)
 @pytest.mark.parametrize(
     "said",
     ["make it purple", "add the white cup, 5 cm", "three more cups", "put the blue can on the left", "bigger and dance",
-     "wobble it 5 cm",
+     "wobble it 5 cm", "drop it by 5 cm", "move it up 5 cm",
      "what is 5 cm more?!x", "a circle instead", "only half of the cans", "forget it", ""],
 )  # fmt: skip
 def test_other_sentences_are_left_alone(said):
