@@ -135,7 +135,7 @@ def tokens_of(text: str, goal: Goal, objects: Sequence[SceneObject]) -> Tokens |
     found, targets, named = list[Token](), dict[int, None](), list[int]()
     every = False
     while place < len(said.words):
-        if said.word(place) in _BEFORE_A_VALUE and found and length_at(said, place + 1) is not None:
+        if said.word(place) in _BEFORE_A_VALUE and found and _is_value(said, place + 1, said.word(place) == TO):
             found.append(Token("be", said.word(place)))  # "closer, 3 cm" is not 3 cm closer
             place += 1
         elif (token := _measure(said, place) or _phrase(said.words, place)) is not None:
@@ -159,6 +159,11 @@ def tokens_of(text: str, goal: Goal, objects: Sequence[SceneObject]) -> Tokens |
     if named and found and found[0].value in _WITH_OBJECTS:
         return None  # "add the spoon, 5 cm"
     return Tokens(tuple(found), tuple(targets) if targets or named else None, tuple(named), every)
+
+
+def _is_value(said: Words, place: int, bare: bool) -> bool:
+    """Return whether a length stands at a place, or, if `bare`, a number."""
+    return length_at(said, place) is not None or (bare and number_at(said, place) is not None)
 
 
 def _measure(said: Words, place: int) -> tuple[Token, int] | None:

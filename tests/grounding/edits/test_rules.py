@@ -126,7 +126,7 @@ def test_what_cannot_be_done_is_said_with_what_to_say_instead(goal, said, words)
 @pytest.mark.parametrize(
     "said",
     ["make it purple", "add the white cup, 5 cm", "three more cups", "put the blue can on the left", "bigger and dance",
-     "wobble it 5 cm", "drop it by 5 cm", "move it up 5 cm",
+     "wobble it 5 cm", "drop it by 5 cm", "move it up 5 cm", "reduce it to 2",
      "what is 5 cm more?!x", "a circle instead", "only half of the cans", "forget it", ""],
 )  # fmt: skip
 def test_other_sentences_are_left_alone(said):
