@@ -15,7 +15,10 @@ from grounding.resolve.object_names import telling_words
 from grounding.resolve.referents import Referents
 from grounding.resolve.word_forms import singular
 
-YES = ("y", "yes", "yes please", "yep", "yeah", "go", "go ahead", "do it", "build it", "ok", "okay", "sure", "right")
+YES = (
+    "y", "yes", "yes please", "yes build it", "yep", "yup", "yeah", "go", "go ahead", "go for it", "do it", "please do",
+    "build", "build it", "ok", "okay", "sure", "right",
+)  # fmt: skip
 DECLINED = ("n", "no", "no thanks", "no thank you", "nope")
 NO = (*DECLINED, "never mind", "nevermind", "neither", "none of them", "none of these")
 _ANY = ("any", "either", "whatever", "i don't mind", "doesn't matter")

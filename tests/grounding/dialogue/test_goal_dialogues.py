@@ -5,8 +5,9 @@ were read for the first time when that was done (then 10 of the 20 came out righ
 day: 25 that were mended (12 right at first), and 16 that were read for the first time after that (then 7 right).
 "unseen c" and "unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a
 third, "unseen g" are 40 longer ones of a fourth, "unseen h" are 60 of a fifth, of three to six turns,
-and "unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. A dialogue ends at its first turn
-that goes wrong.
+and "unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. "development c" are 60 of another
+writer as twenty people: 21 came out right when they were read for the first time, 22 after an answer, 7 otherwise. A
+dialogue ends at its first turn that goes wrong.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import pytest
 from grounding.dialogue.state import Dialogue
 from grounding.dialogue.turns import answer, say
 from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import StructurePart
 from tests.grounding.goal_in_words import goal_of_words
@@ -65,9 +67,11 @@ _ANSWERS = ("ask", "refused", "unchanged")
 
 
 def _is(goal, expected, count):
-    """Return whether a goal is one of those expected, also where one says "everything else" of what the other lists."""
-    spelled = _spellings(goal, count)
-    return any(spelled & _spellings(goal_of_words(each), count) for each in expected if each not in _ANSWERS)
+    """Return whether a goal is one of those expected, also where one says "everything else" of what the other lists, or
+    has its parts in another order.
+    """
+    spelled, wanted = _spellings(goal, count), [goal_of_words(each) for each in expected if each not in _ANSWERS]
+    return any(spelled & _spellings(one, count) or compare_goals(goal, one, count).exact for one in wanted)
 
 
 def _spellings(goal, count):
@@ -83,7 +87,7 @@ RATES = [
     ("development", 24, 30, 4), ("unseen", 12, 14, 2), ("development b", 14, 18, 4), ("unseen b", 11, 13, 3),
     ("unseen c", 23, 27, 2), ("unseen d", 22, 35, 4), ("unseen e", 20, 23, 6), ("unseen g", 22, 33, 3),
     ("unseen h", 38, 48, 3),
-    ("unseen i", 22, 33, 4), ("unseen j", 62, 86, 11),
+    ("unseen i", 22, 33, 4), ("unseen j", 62, 86, 11), ("development c", 21, 43, 6),
 ]  # fmt: skip
 
 

@@ -59,7 +59,7 @@ def test_a_short_answer_says_which_object(answered):
     assert outcome.status == "ok" and str(state.goal) == "6 at left"
 
 
-@pytest.mark.parametrize("answered", ["yes", "y", "ok", "1", "do it"])
+@pytest.mark.parametrize("answered", ["yes", "y", "ok", "1", "do it", "Build.", "yes build it"])
 def test_yes_answers_where_one_goal_is_offered(answered):
     state, _ = talk({"hm": f"? {BOTH}"}, "hm", answered)
     assert str(state.goal) == BOTH
