@@ -178,6 +178,11 @@ class Interpreter:
         return None if self._make_model is None else self._make_model()
 
     @property
+    def _by_model(self) -> bool:
+        """Return whether a language model is asked first, which can be used as far as is known."""
+        return self._make_model is not None and not self._unusable
+
+    @property
     def name(self) -> str:
         """Return the name of the parser of the five slots."""
         return self.parser.name
@@ -240,10 +245,9 @@ class Interpreter:
         before = context.before
         heard = [self._heard(text, objects) for text in texts]
         why_not = [self._why_unreadable(text) for text in texts]
-        by_model = self._make_model is not None and not self._unusable
-        if len(texts) > 1 and not by_model:
+        if len(texts) > 1 and not self._by_model:
             self._proposer.ahead((said, objects, before) for said, why in zip(heard, why_not, strict=True) if not why)
-        decisive = objects is None and not before.parts and not by_model
+        decisive = objects is None and not before.parts and not self._by_model
         slots = iter(self._slots([text for text, why in zip(heard, why_not, strict=True) if not why], decisive))
         found = []
         for text, said, why in zip(texts, heard, why_not, strict=True):
@@ -305,7 +309,7 @@ class Interpreter:
             return f"{shortened(text)!r} is JSON, not an instruction; say what to build, for example 'a small circle'"
         if len(text) > MOST_CHARACTERS:
             return f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}"
-        if self._make_model is not None and not self._unusable:
+        if self._by_model:
             return ""  # it may know the language
         # Their names may be words of no language
         figures = [one for one in mentions_of(text, None) if is_shape(one.name)]

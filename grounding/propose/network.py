@@ -85,13 +85,10 @@ class NetworkProposer:
         self, text: str, figures: Sequence[Mention], objects: Sequence[SceneObject] | None, before: Goal, answers: bool
     ) -> tuple[WordedGoal, ...]:
         """Propose goals of a text that names some figures: with several stand-ins, where it needs any."""
-        stand_ins = StandIns.of(text, figures, before)
-        if not stand_ins.shapes:
-            return self._proposed(stand_ins, objects, before, answers)
-        readings = [
-            self._proposed(StandIns.of(text, figures, before, number), objects, before, answers)
-            for number in range(READINGS)
-        ]
+        stand_ins = _stand_ins(text, figures, before)
+        readings = [self._proposed(one, objects, before, answers) for one in stand_ins]
+        if len(readings) == 1:
+            return readings[0]
         # A noun that becomes an object, or is lost, was no figure.
         kept = [one for one in readings if one and _has_figures(one[0], figures)]
         if 2 * len(kept) <= READINGS:
@@ -107,12 +104,11 @@ class NetworkProposer:
         """
         if self._like:
             return
-        requests = []
-        for text, objects, before in asked:
-            plain = StandIns.of(text, (), before)
-            for number in range(READINGS if plain.shapes else 1):
-                stand_ins = StandIns.of(text, (), before, number) if plain.shapes else plain
-                requests.append(Request.of(_with_goal(stand_ins, objects, before)[0], objects))
+        requests = [
+            Request.of(_with_goal(stand_ins, objects, before)[0], objects)
+            for text, objects, before in asked
+            for stand_ins in _stand_ins(text, (), before)
+        ]
         self.network.ahead(requests, LIKELIEST)
 
     def _proposed(
@@ -124,6 +120,13 @@ class NetworkProposer:
         if rendition is not None:
             written = [AfterGoal(one.words, one.actions, one.certainty, rendition) for one in written]
         return tuple(_worded(one, stand_ins.text, stand_ins, before) for one in written)
+
+
+def _stand_ins(text: str, figures: Sequence[Mention], before: Goal) -> list[StandIns]:
+    """Return the stand-ins with which a text is read: several where it, or the goal so far, needs any."""
+    first = StandIns.of(text, figures, before)
+    others = range(1, READINGS if first.shapes else 1)
+    return [first, *(StandIns.of(text, figures, before, number) for number in others)]
 
 
 def _with_goal(

@@ -44,7 +44,6 @@ OF_DEVELOPMENT = 4.0  # weight of a text of the development sets: they are few, 
 WITHOUT_SCENE = 0.3  # of a labelled instruction that is read without its scene: it was written for what stands there
 _DEVELOPMENT = ("development", "development_b", "development_c", "development_llm")
 _RIDGE = 1.0
-AHEAD = 256  # texts that the goal network reads side by side
 _STEPS = 50  # of Newton's method, which needs about ten
 
 
@@ -131,9 +130,8 @@ def judged(rows: Sequence[JudgedText], interpreter: Interpreter) -> tuple[np.nda
     (N,).
     """
     found, right, weight = list[list[float]](), list[float](), list[float]()
-    for place, row in enumerate(rows):
-        if place % AHEAD == 0:
-            interpreter.read_ahead((one.text, one.objects, one.before) for one in rows[place : place + AHEAD])
+    interpreter.read_ahead((row.text, row.objects, row.before) for row in rows)
+    for row in rows:
         candidates, proposals = interpreter.candidates(row.text, row.objects, row.before)
         nothing = sum(each.certainty for each in proposals if each.answer)
         known = Circumstances(nothing, bool(row.before.parts), row.objects is not None)
