@@ -28,6 +28,7 @@ from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, go
 from grounding.training.goal_network import GoalBatch, GoalNetwork
 from grounding.training.goal_variation import varied
 from grounding.training.joined_instructions import JoinedInstructions
+from grounding.training.plain_follow_ups import PlainFollowUps
 from grounding.training.plain_wishes import PlainWishes
 from grounding.training.slot_sentences import SlotSentences
 from grounding.training.steps import Report, Training, by_length, one_cycle, silent, split_weights, take_steps
@@ -36,7 +37,8 @@ BATCH, BUCKET = 64, 10
 STEPS = 4000
 LEARNING_RATE = 6e-4
 UPPER_RATE = 0.2  # of the layers that know English already
-CORRECTIONS, DRAWN_CORRECTIONS = 0.45, 0.15  # share of the tasks that are corrections; of these, that are drawn
+CORRECTIONS = 0.45  # share of the tasks that are corrections
+WHOLE_FOLLOW_UPS, PLAIN_FOLLOW_UPS = 0.12, 0.2  # of these, that are drawn: whole instructions, and plain sentences
 OF_SLOTS, PLAIN = 0.15, 0.15  # shares of the instructions that are drawn: with five slots, and plain wishes in a scene
 JOINED = 0.35  # share of the others that are joined from two
 # Of the labelled texts half are drawn evenly, and half in proportion to the loss with which training begins: what the
@@ -144,13 +146,16 @@ def _drawer(
     lines = [line for line in goal_lines() if not held_out(line)]
     slots, plain, joined = SlotSentences(rng), PlainWishes(rng), JoinedInstructions(lines, rng)
     follow_ups = DrawnCorrections(lines if corrections else [], rng)  # making the goals of their labels takes a while
+    plain_follow_ups = PlainFollowUps(follow_ups.goals, rng)
 
     def of_labelled(kind: int) -> LabelledGoal:
         return tasks[kind][int(np.searchsorted(up_to[kind], rng.random() * up_to[kind][-1]))]
 
     def draw() -> LabelledGoal:
         if rng.random() < options.corrections:
-            return follow_ups.draw() if rng.random() < DRAWN_CORRECTIONS else of_labelled(1)
+            if (kind := rng.random()) < WHOLE_FOLLOW_UPS + PLAIN_FOLLOW_UPS:
+                return follow_ups.draw() if kind < WHOLE_FOLLOW_UPS else plain_follow_ups.draw()
+            return of_labelled(1)
         if (kind := rng.random()) < OF_SLOTS + PLAIN:
             return slots.draw() if kind < OF_SLOTS else plain.draw()
         return joined.draw() if joined.possible and rng.random() < JOINED else of_labelled(0)

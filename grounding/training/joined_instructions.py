@@ -1,7 +1,8 @@
-"""Join labelled instructions of one scene: two wishes about different objects, or a remark and a wish.
+"""Join labelled instructions of one scene: two wishes about different objects, a remark and a wish, or a wish and the
+one that takes it back.
 
 People say more than one thing at once, and few labelled instructions can show in how many ways. What two of them ask
-for together, and that a remark beside a wish changes nothing, follows from their labels.
+for together, that a remark beside a wish changes nothing, and that the last word counts, follows from their labels.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ import numpy as np
 from grounding.goal_network.vocabulary import NO_GOAL
 from grounding.training.goal_lines import GoalLine, LabelError, LabelledGoal, labelled
 
-REMARKS = 0.5  # share of the draws that join a remark and a wish
+REMARKS, TAKEN_BACK = 0.45, 0.1  # shares of the draws that join a remark and a wish, and a wish and another instead
 _JOINTS = (". ", ". ", "; ", ", and ", ", then ", ". Then ", ". Also, ", ". And ", ", and also ")
+_INSTEAD = (" - no, scrap that: ", "... no, wait, rather ", ". Actually no. ", ". No, forget that, ", " ... er, no: ",
+            ", no, on second thoughts ", ". Sorry, I meant: ", " or no, better ", ", wait, no, I want ")  # fmt: skip
 _NO_STRUCTURES = frozenset("place of, move of, swap of, keep of".split(", "))
 _ENDS = re.compile(r"[\s.!?,;:]+$")
 _INDICES = re.compile(r"\{([\d,]+)\}")
@@ -53,7 +56,10 @@ class JoinedInstructions:
     def draw(self) -> LabelledGoal:
         """Draw a task."""
         while True:
-            joined = self._remark() if self.rng.random() < REMARKS else self._two()
+            if (kind := self.rng.random()) < REMARKS:
+                joined: tuple[str, str, str] | None = self._remark()
+            else:
+                joined = self._taken_back() if kind < REMARKS + TAKEN_BACK else self._two()
             if joined is not None:
                 try:
                     return labelled(*joined[:2], scene=joined[2])
@@ -67,6 +73,16 @@ class JoinedInstructions:
         said = (remark, wish.text.strip()) if self.rng.random() < 0.7 else (wish.text.strip(), remark)
         end = "" if said[0][-1] in ".!?" else "."
         return f"{said[0]}{end} {said[1]}", wish.label, wish.scene
+
+    def _taken_back(self) -> tuple[str, str, str] | None:
+        """Say a wish and then, in its place, another one that does not speak of it."""
+        wish = self.wishes[self.rng.integers(len(self.wishes))]
+        others = [one for one in self._plain.get(wish.scene, []) if one.label != wish.label]
+        if not others:
+            return None
+        other = others[self.rng.integers(len(others))]
+        instead = _INSTEAD[self.rng.integers(len(_INSTEAD))]
+        return f"{_ENDS.sub('', wish.text)}{instead}{other.text.strip()}", other.label, other.scene
 
     def _two(self) -> tuple[str, str, str] | None:
         """Say two wishes about different objects, one after the other."""

@@ -2,7 +2,7 @@
 
 Examples are labelled texts beside goals: the labelled goal, those that the goal network proposes in its place
 (`grounding.training.proposals`), and damaged ones. Texts that no goal holds have wrong goals only; where the words that
-no goal holds are marked (`language/unheld_words.tsv`), the network learns to find them.
+no goal holds are marked (`language/unheld_words.tsv.xz`), the network learns to find them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import resources
 from itertools import count
 from pathlib import Path
 
@@ -35,6 +34,7 @@ from grounding.propose.proposal import WordedGoal
 from grounding.propose.resolution import resolved
 from grounding.resolve.tokens import words_of
 from grounding.training.damaged_goals import damaged
+from grounding.training.goal_lines import labelled_rows
 from grounding.training.goal_variation import mirrored_words, renamed_words
 from grounding.training.precision import quick_steps
 from grounding.training.proposals import ProposedGoals, read_proposals
@@ -190,9 +190,8 @@ def _example(row: ProposedGoals, goal: Goal, right: bool) -> Example:
 @cache
 def unheld_words() -> dict[str, tuple[str, ...]]:
     """Load the words that no goal holds of labelled texts: text -> its words."""
-    lines = (resources.files("grounding") / "language" / "unheld_words.tsv").read_text(encoding="utf-8").splitlines()
     found: dict[str, tuple[str, ...]] = {}
-    for text, words in (line.split("\t") for line in lines):
+    for text, words in labelled_rows("unheld_words"):
         found[text] = (*found.get(text, ()), words)
     return found
 

@@ -42,6 +42,18 @@ def test_two_wishes_follow_each_other_with_their_structures_counted_on():
     assert "circle of red white yellow place of blue rel behind structure 1 tower of the <end>" in labels
 
 
+RED = GoalLine("single", "cans and cups", "Line up the cans.", "line of the cans {0,1,2}.")
+
+
 def test_wishes_about_the_same_objects_are_not_joined():
-    red = GoalLine("single", "cans and cups", "Line up the cans.", "line of the cans {0,1,2}.")
-    assert not any("stack" in text and "line" in text for text, _ in drawn([CANS, red, REMARK]))
+    labels = {label for text, label in drawn([CANS, RED, REMARK]) if "stack" in text and "line" in text}
+    assert labels == {"tower of the <end>", "line of the <end>"}
+
+
+def test_a_wish_that_is_taken_back_leaves_the_other_one():
+    found = drawn([CANS, RED, REMARK], 200)
+    both = {text: label for text, label in found if "stack" in text and "line" in text}
+    for text, label in both.items():
+        last = "tower" if text.index("stack") > text.index("line up") else "line"
+        assert label == f"{last} of the <end>"
+    assert any("no , wait , rather line up the cans" in text for text in both)

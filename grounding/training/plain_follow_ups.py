@@ -1,0 +1,220 @@
+"""Draw plain sentences about a goal: one thing more, or one thing otherwise, said in full.
+
+Writers who are asked for corrections write what is short or unusual; "and the pitcher in front of the kettle", said
+while a kettle stands, is seldom among it. Goals so far are those of labelled instructions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from grounding.goal_benchmark.rows import goal_scenes
+from grounding.goal_network.goal_rendition import Rendition, object_phrases, rendition_of
+from grounding.goals.goal import Goal
+from grounding.goals.parts import StructurePart
+from grounding.resolve.attributes import SceneObject
+from grounding.structure_words import STRUCTURES
+from grounding.training.goal_lines import LabelError, LabelledGoal, labelled
+
+RELATIONS = {
+    "left of": ("left of", "to the left of", "on the left of", "at the left of", "on the left side of"),
+    "right of": ("right of", "to the right of", "on the right of", "at the right of", "on the right side of"),
+    "in front of": ("in front of", "before"),
+    "behind": ("behind", "at the back of"),
+    "next to": ("next to", "beside", "by"),
+    "on": ("on", "on top of", "onto"),
+}  # fmt: skip
+_BESIDE = tuple(RELATIONS)[:5]  # where a structure can stand, and what can stand beside one
+_SHORT = {"left of": ("on the left", "to the left", "left"), "right of": ("on the right", "to the right", "right"),
+          "in front of": ("in front",), "behind": ("behind", "at the back")}  # fmt: skip
+_OPPOSITE = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
+_PLACES = {
+    "left": ("on the left", "to the left", "on the left side"),
+    "right": ("on the right", "to the right", "on the right side"),
+    "top": ("at the back", "at the far end", "to the back"), "bottom": ("at the front", "near me", "to the front"),
+}  # fmt: skip
+_OPENINGS = ("", "", "", "", "and ", "and ", "now ", "then ", "also ", "next, ", "okay, ", "please ", "after that, ")
+_ENDINGS = ("", ".", ".", ".", ", please.", " please", "!", " now.")
+_VERBS = ("{a} {b}", "{a} {b}", "put {a} {b}", "place {a} {b}", "{a} goes {b}", "i want {a} {b}", "set {a} {b}",
+          "{a} should be {b}", "could you put {a} {b}", "{a} must be {b}")  # fmt: skip
+_DENIALS = ("no, ", "no ", "sorry, ", "wait, ", "", "not there, ", "oh, ", "actually, ", "i meant ", "no, i meant ")
+_KINDS = ("beside", "beside", "beside", "structure", "both", "place", "relation", "reference", "shape", "moved")
+_REPAIRS = ("no", "no, wait", "sorry", "or rather", "i mean", "hm, no", "or wait", "no no")
+_DISTANCE, _REPAIRED = 0.15, 0.15  # shares of the wishes beside something that say how far, and that begin otherwise
+
+
+class PlainFollowUps:
+    """Sentences about goals that are drawn.
+
+    Args:
+        goals: by the name of the scene.
+        rng: draws.
+    """
+
+    def __init__(self, goals: Mapping[str, Sequence[Goal]], rng: np.random.Generator) -> None:
+        some = {scene: [goal for goal in each if goal.parts] for scene, each in goals.items()}
+        self.goals, self.rng = {scene: each for scene, each in some.items() if each}, rng
+
+    def draw(self) -> LabelledGoal:
+        """Draw a task."""
+        while True:
+            scene = self._one(list(self.goals))
+            goal, objects = self.goals[scene][self.rng.integers(len(self.goals[scene]))], goal_scenes()[scene]
+            rendition = rendition_of(goal, objects)
+            wish = self._wish(self._one(_KINDS), goal, objects, rendition)
+            if wish is None:
+                continue
+            text, label = wish
+            try:
+                return labelled(f"{rendition.text} {text}{self._one(_ENDINGS)}", label, rendition.length, scene)
+            except LabelError:
+                continue  # as with more than nine parts
+
+    def _wish(
+        self, kind: str, goal: Goal, objects: Sequence[SceneObject], rendition: Rendition
+    ) -> tuple[str, str] | None:
+        """Draw a sentence and the label of the goal after it; `None` where this kind says nothing of the goal."""
+        if kind in ("relation", "reference"):
+            return self._otherwise(kind, goal, objects, rendition)
+        if kind in ("shape", "moved"):
+            return self._structure(kind, goal, rendition)
+        if any(part.objects is None for part in goal.structures):
+            return None  # nothing is left
+        named = goal.named_objects()
+        free = [index for index in range(len(objects)) if index not in named]
+        names = [object_phrases((index,), objects)[0].words for index in self.rng.permutation(free).tolist()]
+        there = [object_phrases((index,), objects)[0].words for index in named if isinstance(index, int)]
+        if not names:
+            return None
+        opening = self._one(_OPENINGS)
+        if kind == "both" and len(names) > 1 and there:
+            one, other = ("left of", "right of") if self.rng.random() < 0.7 else ("in front of", "behind")
+            if self.rng.random() < 0.5:
+                one, other = other, one
+            a, b, c = names[0], names[1], self._one(there)
+            second = self._one(
+                (f"{self._one(RELATIONS[other])} {c}", self._one(_SHORT[other]), f"{RELATIONS[other][0]} it")
+            )
+            text = f"{a} {self._one(RELATIONS[one])} {c} and {b} {second}"
+            return f"{opening}{text}", f"{rendition.label}; place of {a}, {one} {c}; place of {b}, {other} {c}"
+        if kind == "place":
+            value = self._one(list(_PLACES))
+            return self._added(rendition, names[0], self._one(_PLACES[value]), f"at {value}")
+        if kind == "structure":
+            number, noun = self._named_structure(goal, objects)
+            if not noun:
+                return None
+            relation = self._one(_BESIDE)
+            return self._beside(rendition, names[0], relation, noun, f"structure {number}")
+        if kind == "beside" and there:
+            relation, c = self._one(list(RELATIONS)), self._one(there)
+            return self._beside(rendition, names[0], relation, c, c)
+        return None
+
+    def _beside(self, rendition: Rendition, name: str, relation: str, called: str, written: str) -> tuple[str, str]:
+        """Say that one object more goes beside something; `called` in the sentence, and `written` in the label."""
+        said, key, chance = f"{self._one(RELATIONS[relation])} {called}", f"{relation} {written}", self.rng.random()
+        if relation != "on" and chance < _REPAIRED:
+            wrong = self._one([each for each in _BESIDE if each != relation])
+            again = self._one((said, f"{RELATIONS[relation][0]} it"))
+            said = f"{self._one(RELATIONS[wrong])} {called}, {self._one(_REPAIRS)}, {again}"
+        elif relation != "on" and chance > 1.0 - _DISTANCE:
+            length = f"{self.rng.integers(2, 16)} {self._one(('cm', 'centimetres', 'cm'))}"
+            said = self._one((f"{length} {said}", f"{said}, {length} away", f"{said} with a distance of {length}"))
+            key = f"{key}, distance {length}"
+        return self._added(rendition, name, said, key)
+
+    def _added(self, rendition: Rendition, name: str, said: str, key: str) -> tuple[str, str]:
+        """Say that one object more goes somewhere."""
+        text = f"{self._one(_OPENINGS)}{self._one(_VERBS)}".format(a=name, b=said)
+        return text, f"{rendition.label}; place of {name}, {key}"
+
+    def _otherwise(
+        self, kind: str, goal: Goal, objects: Sequence[SceneObject], rendition: Rendition
+    ) -> tuple[str, str] | None:
+        """Give the last object that was placed beside something another relation, or another reference."""
+        parts = rendition.label.split("; ")
+        cells = [cell.strip() for cell in parts[-1].split(",")]
+        if not cells[0].startswith("place of ") or " + " in cells[0] or len(cells) < 2:
+            return None
+        name = cells[0].removeprefix("place of ")
+        relation = next((each for each in RELATIONS if cells[1].startswith(f"{each} ")), None)
+        if relation is None or " + " in cells[1] or name.startswith("structure"):
+            return None
+        reference = cells[1].removeprefix(f"{relation} ")
+        if kind == "relation":
+            new = self._one([each for each in (*_BESIDE, "on") if each != relation])
+            if reference.startswith("structure") and new == "on":
+                return None
+            said = self._one(RELATIONS[new])
+            wishes = [f"{said} it", f"{name} {said} it"]
+            wishes += [f"{name} {said} {reference}", f"{said} {reference}"] if reference in rendition.text else []
+            if _OPPOSITE.get(relation) == new:
+                wishes += ["the other side", "on the other side", f"{name} on the other side"]
+            if relation in _SHORT and new in _SHORT:
+                wishes += [f"{self._one(_SHORT[new])}, not {self._one(_SHORT[relation])}"]
+        else:
+            free = [index for index in range(len(objects)) if index not in goal.named_objects()]
+            if not free:
+                return None
+            new, reference = relation, self._one([object_phrases((index,), objects)[0].words for index in free])
+            said = self._one(RELATIONS[new])
+            wishes = [f"{said} {reference}", f"{name} {said} {reference}", f"{name} {said} {reference} instead"]
+        line = ", ".join((cells[0], f"{new} {reference}", *cells[2:]))
+        return f"{self._one(_DENIALS)}{self._one(wishes)}", "; ".join((*parts[:-1], line))
+
+    def _structure(self, kind: str, goal: Goal, rendition: Rendition) -> tuple[str, str] | None:
+        """Give the only structure of a goal another shape, or another place."""
+        parts = rendition.label.split("; ")
+        places = [place for place, part in enumerate(goal.parts) if isinstance(part, StructurePart)]
+        if len(places) != 1:
+            return None
+        place, one = places[0], goal.structures[0]
+        noun = STRUCTURES[one.shape].words.nouns[0] if one.shape else "structure"
+        head, *cells = [cell.strip() for cell in parts[place].split(",")]
+        if kind == "shape":
+            if cells or one.shape is None or one.objects is None:
+                return None  # what was said of its size or order may be no word of another shape
+            shapes = [name for name, words in STRUCTURES.items()
+                      if words.least <= len(one.objects) and not words.pieces and name != one.shape]  # fmt: skip
+            shape = self._one(shapes)
+            new = self._one(STRUCTURES[shape].words.nouns)
+            text = self._one((f"make it a {new}", f"make it a {new} instead", f"a {new} instead of the {noun}",
+                                  f"not a {noun}, a {new}", f"rather a {new}", f"no {noun}, a {new}"))  # fmt: skip
+            line = f"{shape} of {head.partition(' of ')[2]}"
+            return f"{self._one(('', '', *_DENIALS))}{text}", "; ".join((*parts[:place], line, *parts[place + 1 :]))
+        value = self._one(list(_PLACES))
+        placed = set(cells) & {"left", "right", "center", "top", "middle", "bottom"} or "along" in parts[place]
+        if placed or "place of structure" in rendition.label:
+            return None
+        where = self._one(_PLACES[value])
+        text = self._one((f"{where}", f"the {noun} {where}", f"put the {noun} {where}", f"move it {where}",
+                              f"the {noun} goes {where}", f"put it {where}"))  # fmt: skip
+        line = ", ".join((head, *cells, value))
+        return f"{self._one(_OPENINGS)}{text}", "; ".join((*parts[:place], line, *parts[place + 1 :]))
+
+    def _named_structure(self, goal: Goal, objects: Sequence[SceneObject]) -> tuple[int, str]:
+        """Return the number of a structure and what it is called, where that names it alone; "" where none can be."""
+        numbered = [(number, one) for number, one in enumerate(goal.structures, 1) if one.shape and one.objects]
+        if not numbered:
+            return 0, ""
+        number, one = numbered[int(self.rng.integers(len(numbered)))]
+        noun = self._one(STRUCTURES[str(one.shape)].words.nouns)
+        alike = [other for _, other in numbered if other.shape == one.shape]
+        if len(alike) == 1:
+            return number, f"the {noun}"
+        own = _colours(one, objects)
+        if len(own) == 1 and sum(bool(own & _colours(other, objects)) for other in alike) == 1:
+            return number, f"the {next(iter(own))} {noun}"
+        return 0, ""
+
+    def _one(self, values: Sequence[str]) -> str:
+        return values[int(self.rng.integers(len(values)))]
+
+
+def _colours(part: StructurePart, objects: Sequence[SceneObject]) -> set[str]:
+    """Return the colours of the objects of a structure."""
+    known = [objects[index].attributes for index in part.objects or () if isinstance(index, int)]
+    return {colour for each in known if each is not None for colour in each.colors}
