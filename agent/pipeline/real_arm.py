@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Self
 
 from agent import events
 from agent.arm.arm_model import ARM_MODELS, arm_model
-from agent.arm.events import Noticed, PickFailed, PlaceFailed
+from agent.arm.events import Noticed, PickFailed, Placed, PlaceFailed
 from agent.errors import ExecutedUnverified, ExecutionFailed, RobotRefused
 from agent.event_base import Event
 from agent.pipeline.event_builders import describe_shortfall
@@ -118,12 +118,17 @@ class RealArm:
             ExecutionFailed: in the end, if something did not go as planned: then the objects of the twin are not where
                 those of the arm would be.
         """
-        trouble = ""
+        trouble, aside = "", set[int]()
         for event in building:
             if isinstance(event, PickFailed | PlaceFailed):
                 trouble = trouble or f"{event.name}: {event.reason}"
             elif isinstance(event, Noticed):
                 trouble = trouble or f"{event.name} {event.detail}"
+            elif isinstance(event, Placed):
+                # It was placed again where the twin has seen it; that of the arm has slipped elsewhere.
+                if event.again and event.object not in aside:
+                    trouble = trouble or f"{event.name} {event.again}"
+                (aside.add if event.aside else aside.discard)(event.object)
             yield event
         if trouble:
             raise ExecutionFailed(

@@ -8,7 +8,7 @@ import pytest
 
 from agent.arm.arm_file import load_arm
 from agent.arm.build_listeners import BuildListeners
-from agent.arm.events import Noticed, PickFailed
+from agent.arm.events import Noticed, PickFailed, Placed
 from agent.arm.executor import build_structure
 from agent.arm.kinematics import Kinematics
 from agent.arm.simulated_arm import SimulatedArm
@@ -158,6 +158,18 @@ def test_a_rehearsal_that_went_otherwise_moves_no_arm(table, event, said):
     with pytest.raises(ExecutionFailed, match=f"the arm was not moved: .*{said}"):
         list(arm.rehearsal(iter((event,))))
     assert list(arm.rehearsal(iter(("planned",)))) == ["planned"]
+
+
+def placed(again="", aside=False):
+    return Placed(0, "cup 1", aside, 0.0, 0.0, np.eye(4), 1.0, again=again)
+
+
+def test_a_rehearsal_that_had_to_correct_a_placement_moves_no_arm(table):
+    arm = RealArm(RobotOptions("ws://127.0.0.1:9", lambda question: True), table, nullcontext)
+    with pytest.raises(ExecutionFailed, match=r"\(cup 1 stood 3.4 cm from its goal\)"):
+        list(arm.rehearsal(iter((placed(), placed("stood 3.4 cm from its goal")))))
+    planned = (placed(aside=True), placed("had been set aside"))
+    assert list(arm.rehearsal(iter(planned))) == list(planned)
 
 
 def interface_of(model):
