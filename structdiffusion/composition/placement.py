@@ -156,6 +156,9 @@ class Placer:
         free = clear >= _CLEAR if unit.vessel is None else np.ones(len(origins), bool)
         able = (margins > 0) & free & on_table
         if not able.any():
+            missed = [said for said, found in wishes if not (found > 0).any()]
+            if missed and self.fixed & set(block.members):
+                raise NoPlaceError(f"{unit.said} cannot be taken and stays where it is, and there {missed[0]} fails")
             where = " and ".join(self.state.items[i].name for i in sorted(carriers))
             raise NoPlaceError(_why_not(unit, wishes, on_table, f"the {where}" if where else "the table"))
         score = np.minimum(margins, 1.0) + _WEIGHT_CLEAR * np.minimum(clear / _COMFORTABLE, 1.0)

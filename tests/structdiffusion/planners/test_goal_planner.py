@@ -118,7 +118,8 @@ def test_a_structure_is_laid_around_what_cannot_be_moved(five):
 
 def test_what_cannot_be_moved_is_not_moved_by_a_relation_either(five):
     """Block 4 is in the middle, and so not left of block 0."""
-    with pytest.raises(LayoutError):
+    said = r"the block 5 cannot be taken and stays where it is, and there part 1 \(block 5 left of block 1\) fails"
+    with pytest.raises(LayoutError, match=said):
         five.with_fixed(0, 4).proposed(related("left of", (4,), (0,)))
 
 
