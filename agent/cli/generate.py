@@ -24,6 +24,12 @@ def generate(
     pairs: Annotated[
         int, typer.Option(metavar="N", min=1, help="Number of object pairs for the collision discriminator.")
     ] = 100_000,
+    proposals: Annotated[
+        int,
+        typer.Option(
+            metavar="N", min=0, help="Number of scenes with judged proposals of the diffusion model, in shards of 40."
+        ),
+    ] = 0,
     objects: ObjectsOption = "training",
     seed: SeedOption = 0,
     workers: PoolOption = None,
@@ -40,4 +46,4 @@ def generate(
     import_pybullet_silently()
     from agent.training.generate_data import DatasetConfig, generate_data
 
-    generate_data(DatasetConfig(out, scenes, crowded, pairs, objects, seed), workers, ray)
+    generate_data(DatasetConfig(out, scenes, crowded, pairs, proposals, objects, seed), workers, ray)

@@ -23,6 +23,7 @@ FAMILIES: Mapping[str, str] = {
     "structformer": "proposes arrangements of one shape (baseline)",
     "structure": "judges whether an arrangement is what was asked for",
     "collision": "judges whether two objects intersect",
+    "outcome": "judges whether an arrangement will stand as asked",
     "strokes": "reads the strokes of an example",
     "embedding": "reads instructions",
     "goals": "proposes goals for what is said",

@@ -100,12 +100,15 @@ def _loaded(network: Network) -> Checkpointed:
     from structdiffusion.models.collision import CollisionDiscriminator
     from structdiffusion.models.cvae import PoseCVAE
     from structdiffusion.models.diffusion import PoseDiffusion
+    from structdiffusion.models.outcome import OutcomeDiscriminator
     from structdiffusion.models.strokes.model import StrokeNetwork
     from structdiffusion.models.structformer import StructFormer
     from structdiffusion.models.structure import StructureDiscriminator
 
-    kinds = (PoseDiffusion, PoseCVAE, StructFormer, StructureDiscriminator, CollisionDiscriminator, StrokeNetwork)
-    return {kind.kind: kind for kind in kinds}[network.family].from_pretrained(network.folder)
+    judges = (StructureDiscriminator, CollisionDiscriminator, OutcomeDiscriminator)
+    return {kind.kind: kind for kind in (PoseDiffusion, PoseCVAE, StructFormer, *judges, StrokeNetwork)}[
+        network.family
+    ].from_pretrained(network.folder)
 
 
 def _parser(network: Network) -> str:

@@ -26,6 +26,7 @@ class DatasetConfig:
         scenes: number of scenes, rounded up to whole shards.
         crowded: number of additional scenes with 8 to 10 objects, rounded up likewise.
         pairs: number of object pairs for the collision discriminator.
+        proposals: number of scenes whose judged proposals the outcome discriminator learns from, rounded up likewise.
         objects: as for `load_objects`.
         seed: of everything.
     """
@@ -34,6 +35,7 @@ class DatasetConfig:
     scenes: int
     crowded: int
     pairs: int
+    proposals: int
     objects: str
     seed: int
 
@@ -42,7 +44,8 @@ class DatasetConfig:
         """Return the command that generates it."""
         return (
             f"structagent generate --out {shlex.quote(str(self.out))} --scenes {self.scenes} "
-            f"--crowded {self.crowded} --pairs {self.pairs} --objects {self.objects} --seed {self.seed}"
+            f"--crowded {self.crowded} --pairs {self.pairs} --proposals {self.proposals} "
+            f"--objects {self.objects} --seed {self.seed}"
         )
 
 
@@ -60,6 +63,7 @@ def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -
         WorkerError: if workers died; all other pieces are written, and the same command resumes.
     """
     from agent.runtime.ray_cluster import ray_cluster
+    from agent.training.judged_proposals import generate_judged
     from agent.training.sentence_embeddings import write_language
     from grounding.parsers.sentence_encoder import SentenceEncoder
     from structdiffusion.data.collision_pairs import generate_pairs
@@ -75,6 +79,7 @@ def generate_data(config: DatasetConfig, workers: int | None, ray: str | None) -
         steps = {
             "shards of scenes": generate(models, config.out, config.scenes, crowded=config.crowded, **how),
             "groups of pairs": generate_pairs(models, config.out, config.pairs, **how),
+            "shards of judged proposals": generate_judged(models, config.out, config.proposals, **how),
         }
         lost = [error for what, step in steps.items() if (error := _follow(what, step)) is not None]
         if lost:  # the datasheet is about all of it

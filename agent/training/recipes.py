@@ -33,6 +33,7 @@ RECIPES: Mapping[str, Recipe] = {
     **{structformer_name(shape): Recipe(3_000, 8e-4, 48) for shape in FIRST_SHAPES},
     "structure": Recipe(4_000, 1e-3, 32),
     "collision": Recipe(5_000, 1e-3, 64),
+    "outcome": Recipe(5_000, 1.5e-3, 32),
 }
 STROKES = Recipe(3_000, 3e-3, 32)  # steps of arrangements, which are drawn while it trains
 SEGMENTATION = Recipe(3_500, 1.5e-3, 8)  # steps of views of synthetic tables, which are drawn while it trains
@@ -44,4 +45,5 @@ TITLES: Mapping[str, str] = {
     **{structformer_name(shape): f"StructFormer for {shape}s (baseline)" for shape in FIRST_SHAPES},
     "structure": "the structure discriminator",
     "collision": "the collision discriminator",
+    "outcome": "the outcome discriminator",
 }

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 DEVICES = ("auto", "cpu", "cuda")
 FLOAT32, BFLOAT16 = "float32", "bfloat16"
 PRECISIONS = (FLOAT32, BFLOAT16)
-_DISCRIMINATORS = ("structure", "collision")
+_DISCRIMINATORS = ("structure", "collision", "outcome")
 
 
 @dataclass(frozen=True)
@@ -225,6 +225,15 @@ def _collision(data: Path, device: torch.device, batch: int, start: Path | None)
     return model, partial(collision_loss, model, pairs, size=batch)
 
 
+def _outcome(data: Path, device: torch.device, batch: int, start: Path | None) -> tuple[Checkpointed, Loss]:
+    from structdiffusion.models.outcome.loss import judged_scenes, outcome_loss
+    from structdiffusion.models.outcome.model import OutcomeConfig, OutcomeDiscriminator
+
+    scenes = list(judged_scenes(data))
+    model = _network(OutcomeDiscriminator, OutcomeConfig(), start).to(device)
+    return model, partial(outcome_loss, model, scenes, size=batch)
+
+
 def _strokes(device: torch.device, batch: int, start: Path | None) -> tuple[Checkpointed, Loss]:
     from structdiffusion.models.strokes.loss import stroke_loss
     from structdiffusion.models.strokes.model import StrokeConfig, StrokeNetwork
@@ -239,4 +248,5 @@ _TASKS: dict[str, Callable[[Path, torch.device, int, Path | None], tuple[Checkpo
     **{structformer_name(shape): partial(_structformer, shape) for shape in FIRST_SHAPES},
     "structure": _structure,
     "collision": _collision,
+    "outcome": _outcome,
 }

@@ -13,6 +13,7 @@ from structdiffusion.models.checkpoint import CheckpointError
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.diffusion import PoseDiffusion
+from structdiffusion.models.outcome import OutcomeDiscriminator
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Arrangement, Scene, StructureGoal
@@ -88,11 +89,14 @@ def _load_judges(
     """Load the post-processing of a planner, and its search and guidance if it has them."""
     if not (parts.ranked or parts.cem or parts.guidance):
         return PostProcessor(parts.placed, parts.refined, None, parts.rollouts), None, None
-    structure = StructureDiscriminator.from_pretrained(folder / "structure")
+    if parts.outcome:
+        judge: StructureDiscriminator | OutcomeDiscriminator = OutcomeDiscriminator.from_pretrained(folder / "outcome")
+    else:
+        judge = StructureDiscriminator.from_pretrained(folder / "structure")
     ranker = None
     if parts.ranked:
         ranker = Ranker(
-            structure,
+            judge,
             CollisionDiscriminator.from_pretrained(folder / "collision"),
             discriminators=parts.discriminators,
             mean_collision=parts.mean_collision,
@@ -100,7 +104,9 @@ def _load_judges(
             estimated_checks=parts.checks,
         )
     post_process = PostProcessor(parts.placed, parts.refined, ranker, parts.rollouts)
-    return post_process, PoseSearch(structure) if parts.cem else None, structure if parts.guidance else None
+    if isinstance(judge, OutcomeDiscriminator):
+        return post_process, None, None
+    return post_process, PoseSearch(judge) if parts.cem else None, judge if parts.guidance else None
 
 
 def _load_structformer(folder: Path, shape: str) -> StructFormer:

@@ -24,6 +24,7 @@ class PlannerParts:
         placed: whether objects are set down, and structures moved into the requested thirds, by the observed outlines.
         refined: whether structures that miss a check by little are corrected, and objects moved apart.
         discriminators: whether the trained discriminators count in the rank.
+        outcome: whether the outcome discriminator takes the place of the structure discriminator.
         mean_collision: rank by the mean over pairs of the chance of no collision, as in the paper, not the product.
         bounds: whether hanging over the table's edge counts in the rank.
         checks: whether the checks on estimated outlines count in the rank.
@@ -41,6 +42,7 @@ class PlannerParts:
     placed: bool = True
     refined: bool = True
     discriminators: bool = True
+    outcome: bool = False
     mean_collision: bool = False
     bounds: bool = True
     checks: bool = True
@@ -86,6 +88,9 @@ PLANNERS: Mapping[str, PlannerParts] = {
     "diffusion-paper-unranked": replace(_PAPER, sentence=True, ranked=False),
     "diffusion-tokens-paper": _PAPER,
     "diffusion-tokens-paper-unranked": replace(_PAPER, ranked=False),
+    # Learned alone as well, but ranked by the outcome discriminator.
+    "diffusion-learned": replace(_PAPER, sentence=True, outcome=True, mean_collision=False),
+    "diffusion-tokens-learned": replace(_PAPER, outcome=True, mean_collision=False),
     **{f"diffusion-tokens+guidance{weight:g}": replace(_UNRANKED, guidance=weight) for weight in (1.0, 2.0, 4.0, 8.0)},
     **_with_variants("cvae", replace(_FULL, network="cvae")),
     **_with_variants("cvae+cem", replace(_FULL, network="cvae", cem=True)),
@@ -129,5 +134,7 @@ def networks_of(planner: str) -> list[str]:
     if parts.network == "structformer":
         proposing = [structformer_name(shape) for shape in FIRST_SHAPES]
     judged = bool(proposing) and parts.ranked
+    if judged and parts.outcome:
+        return [*proposing, "outcome", "collision"]
     structure = ["structure"] if judged or parts.cem or parts.guidance else []
     return proposing + structure + (["collision"] if judged else [])

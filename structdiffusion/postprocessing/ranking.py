@@ -17,6 +17,7 @@ from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.models.collision import CollisionDiscriminator
+from structdiffusion.models.outcome import OutcomeDiscriminator
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
@@ -38,10 +39,11 @@ _WELL_INSIDE, _RIM_SLACK = 0.75, 0.004  # share of a vessel's outline; m by whic
 
 @dataclass(frozen=True)
 class Ranker:
-    """Scores of arrangements from the two discriminators, the table's bounds and the checks on estimated outlines.
+    """Scores of arrangements from trained discriminators, the table's bounds and the checks on estimated outlines.
 
     Attributes:
-        structure, collision: trained discriminators.
+        structure: the structure discriminator, or the outcome discriminator in its place.
+        collision: the collision discriminator.
         estimated_checks: whether the checks of the evaluation protocol on estimated outlines, and supports, count.
         discriminators: whether the discriminators count.
         mean_collision: score collisions by the mean over pairs of the probability of no collision, as in the paper,
@@ -49,7 +51,7 @@ class Ranker:
         bounds: whether hanging over the table's edge counts.
     """
 
-    structure: StructureDiscriminator
+    structure: StructureDiscriminator | OutcomeDiscriminator
     collision: CollisionDiscriminator
     estimated_checks: bool = True
     discriminators: bool = True
@@ -91,9 +93,9 @@ class Ranker:
             # Of a shape that the structure discriminator was not trained on, the other scores decide.
             if are_known_words(spec, self.structure.config.vocabulary):
                 structure = self._structure(at_goal, nouns, spec, torch.from_numpy(orders))
-                require_sound(structure, StructureDiscriminator.kind)
+                require_sound(structure, self.structure.kind)
                 for row, score in zip(rows, structure, strict=True):
-                    row["structure"] = float(score)
+                    row[self.structure.kind] = float(score)
             free = self._collision_free(bodies, others, at_goal, other_clouds)
             require_sound(free, CollisionDiscriminator.kind)
             for row, score in zip(rows, free, strict=True):

@@ -6,12 +6,14 @@ import torch
 from structdiffusion.models.collision import CollisionDiscriminator
 from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.diffusion import PoseDiffusion
+from structdiffusion.models.outcome import OutcomeDiscriminator
 from structdiffusion.models.strokes.model import StrokeNetwork
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structure import StructureDiscriminator
 from structdiffusion.word_tokens import VOCABULARY
 
-NETWORKS = (PoseDiffusion, PoseCVAE, StructFormer, StructureDiscriminator, CollisionDiscriminator, StrokeNetwork)
+JUDGES = (StructureDiscriminator, CollisionDiscriminator, OutcomeDiscriminator)
+NETWORKS = (PoseDiffusion, PoseCVAE, StructFormer, *JUDGES, StrokeNetwork)
 
 
 def generator(seed: int = 0) -> torch.Generator:
@@ -23,8 +25,7 @@ def test_a_fake_input_is_answered_in_the_documented_shape(kind):
     model = kind().eval()
     given = model.fake_input(3, 5, generator())
     answer = model.try_out(given, generator(1))
-    judges = (StructureDiscriminator, CollisionDiscriminator)
-    expected = (3,) if kind in judges else (3, 5, 5) if kind is StrokeNetwork else (3, 6, 9)
+    expected = (3,) if kind in JUDGES else (3, 5, 5) if kind is StrokeNetwork else (3, 6, 9)
     assert model.answer_shape(given) == tuple(answer.shape) == expected
     assert answer.isfinite().all() and not answer.requires_grad
     assert torch.equal(answer, model.try_out(given, generator(1)))

@@ -1,0 +1,5 @@
+"""The outcome discriminator."""
+
+from structdiffusion.models.outcome.model import OutcomeDiscriminator
+
+__all__ = ["OutcomeDiscriminator"]
