@@ -8,6 +8,7 @@ read and extended by people.
 
 from __future__ import annotations
 
+import lzma
 import re
 import tomllib
 from collections.abc import Mapping
@@ -120,8 +121,11 @@ def all_frames() -> Mapping[str, tuple[Frame, ...]]:
 
 @cache
 def frames_of(name: str) -> tuple[Frame, ...]:
-    """Read the frames of one of `FRAME_FILES`."""
-    lines = (resources.files("grounding") / "language" / f"{name}.txt").read_text(encoding="utf-8").splitlines()
+    """Read the frames of one of `FRAME_FILES`; the largest is packed (`xzcat` prints it)."""
+    folder = resources.files("grounding") / "language"
+    packed = folder / f"{name}.txt.xz"
+    text = lzma.decompress(packed.read_bytes()) if packed.is_file() else (folder / f"{name}.txt").read_bytes()
+    lines = text.decode().splitlines()
     return tuple(
         read_frame(line, f"{name}.txt, line {number}")
         for number, line in enumerate(lines, start=1)

@@ -1,18 +1,20 @@
-"""Conversations of two to four turns about goals: what stands after each turn, or that a question or a refusal comes.
+"""Conversations of two to six turns about goals: what stands after each turn, or that a question or a refusal comes.
 
-`goal_dialogues.jsonl` has two pairs of sets. The first: 40 dialogues with which corrections were developed, and 20 that
-were read for the first time when that was done (then 10 of the 20 came out right in every turn). The second, of another
-day: 25 that were mended (12 right at first), and 16 that were read for the first time after that (then 7 right).
-"unseen c" and "unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e" are 30 of a
-third, "unseen g" are 40 longer ones of a fourth, "unseen h" are 60 of a fifth, of three to six turns,
-and "unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. "development c" are 60 of another
-writer as twenty people: 21 came out right when they were read for the first time, 22 after an answer, 7 otherwise. A
-dialogue ends at its first turn that goes wrong.
+`goal_dialogues.jsonl.xz` (`xzcat` prints it) has two pairs of sets. The first: 40 dialogues with which corrections were
+developed, and 20 that were read for the first time when that was done (then 10 of the 20 came out right in every turn).
+The second, of another day: 25 that were mended (12 right at first), and 16 that were read for the first time after that
+(then 7 right). "unseen c" and "unseen d" are 40 dialogues each of two writers who knew nothing of the rules, "unseen e"
+are 30 of a third, "unseen g" are 40 longer ones of a fourth, "unseen h" are 60 of a fifth, of three to six turns, and
+"unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. "development c" are 60 of another
+writer as twenty people: 21 came out right when they were read for the first time, 22 after an answer, 7 otherwise;
+"development d" are 60 of one more, who wrote harder ones: 10, 17 and 8. A dialogue ends at its first turn that goes
+wrong.
 """
 
 from __future__ import annotations
 
 import json
+import lzma
 from pathlib import Path
 
 import pytest
@@ -26,7 +28,8 @@ from grounding.goals.parts import StructurePart
 from tests.grounding.goal_in_words import goal_of_words
 from tests.grounding.side_by_side import side_by_side
 
-DIALOGUES = [json.loads(line) for line in Path(__file__).with_name("goal_dialogues.jsonl").open(encoding="utf-8")]
+_PACKED = Path(__file__).with_name("goal_dialogues.jsonl.xz")
+DIALOGUES = [json.loads(line) for line in lzma.decompress(_PACKED.read_bytes()).decode().splitlines()]
 
 
 def outcome(reader, dialogue):
