@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from grounding.decide import BUILD, OFFER, Decision
+from grounding.decide import BUILD, LEAST_ASKED, OFFER, Decision
 from grounding.goals.description import describe_parts
 from grounding.goals.goal import Goal
 from grounding.parse_result import Question, shortened
@@ -88,7 +88,8 @@ def _problem(likeliest: Proposal, proposals: Sequence[Proposal]) -> str:
     said.
     """
     first = next((each for each in proposals if not each.answer), likeliest)
-    likely = first.certainty >= OFFER or first.absent or likeliest.answer == "unclear" or not likeliest.answer
+    doubted = likeliest.answer == "unclear" and first.certainty >= LEAST_ASKED
+    likely = first.certainty >= OFFER or first.absent or doubted or not likeliest.answer
     return first.problem if likely and likeliest.answer != "nothing" else ""
 
 

@@ -43,7 +43,9 @@ def recorded_runs(folder: Path) -> Iterator[RecordedRun | LeftOut]:
     """
     if not folder.is_dir():
         raise BadInput(f"--runs must be a folder with runs, but there is no folder {str(folder)!r}")
-    places = sorted({path.parent for name in (*RUN_FILES, RECORDING) for path in folder.rglob(name)})
+    found = {path.parent for name in (*RUN_FILES, RECORDING) for path in folder.rglob(name)}
+    # A batch that was killed leaves a hidden folder of unfinished rows.
+    places = sorted(place for place in found if not any(part[0] == "." for part in place.relative_to(folder).parts))
     if not places:
         raise BadInput(f"no run is in {str(folder)!r}: `run --record` and `batch --record` make some")
     first: RecordedRun | None = None

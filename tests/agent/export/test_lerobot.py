@@ -150,3 +150,10 @@ def test_a_folder_with_files_is_not_written_to(tmp_path, capsys):
     assert "is not empty" in capsys.readouterr().err
     (tmp_path / "dataset/mine.txt").unlink()
     assert export(tmp_path / "runs", tmp_path / "dataset") == DONE
+
+
+def test_unfinished_rows_of_a_killed_batch_are_no_runs(tmp_path, capsys):
+    record(tmp_path / "runs/rows/a", 2)
+    record(tmp_path / "runs/.work/b", 2)
+    assert export(tmp_path / "runs", tmp_path / "dataset", "--json") == DONE
+    assert json.loads(capsys.readouterr().out) == {"episodes": 1, "frames": 2, "successes": 1, "left_out": []}
