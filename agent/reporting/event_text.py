@@ -217,6 +217,7 @@ def remark_sentence(payload: Mapping[str, Any]) -> str:
 # `structdiffusion.planners.diffusion`.
 _SHORTCOMING = {
     "structure": "it looks less like what was asked for",
+    "outcome": "it is less likely to stand as asked",
     "collision": "objects come too close to each other",
     "bounds": "it reaches beyond the table's edge",
     "checks": "it meets the requested measures less closely",

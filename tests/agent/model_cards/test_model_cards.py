@@ -21,6 +21,8 @@ from structdiffusion.models.cvae import PoseCVAE
 from structdiffusion.models.cvae.model import CVAEConfig
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
+from structdiffusion.models.outcome import OutcomeDiscriminator
+from structdiffusion.models.outcome.model import OutcomeConfig
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structformer.model import StructFormerConfig
 from structdiffusion.models.structure import StructureDiscriminator
@@ -44,6 +46,7 @@ def checkpoints(tmp_path_factory) -> Path:
         StructFormer(StructFormerConfig(**SMALL, shape=shape)).save_pretrained(folder / name)
     StructureDiscriminator(StructureConfig(width=8, layers=1)).save_pretrained(folder / "structure")
     CollisionDiscriminator(CollisionConfig(width=8, layers=1)).save_pretrained(folder / "collision")
+    OutcomeDiscriminator(OutcomeConfig(width=8, layers=1)).save_pretrained(folder / "outcome")
     return folder
 
 
@@ -130,7 +133,7 @@ def test_networks_that_come_along_are_verified(name):
 
 def test_networks_of_every_kind_answer_a_fake_input(checkpoints):
     found = networks(checkpoints)
-    assert len(found) == 8
+    assert len(found) == 9
     for one in found.values():
         files, weights, answer = verify(one)
         assert not files.passed and "no checksum is written" in files.detail

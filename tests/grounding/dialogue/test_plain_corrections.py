@@ -28,7 +28,7 @@ RING = (StructureSpec("circle"), "red green blue", StructureSpec("circle", "smal
 TOWER = (StructureSpec("tower"), "mug bowl block", StructureSpec("tower", None, "right", "top"))
 LAID = StructureSpec("table setting", None, "center", "bottom", "south")
 SETTING = (StructureSpec("table setting"), "bowl mug banana", LAID)
-RIGHT, WRONG = 73, 11
+RIGHT, WRONG = 64, 11
 ROWS = [
         (LINE, "use everything", {}, EVERYTHING),
         (LINE, "everything except the banana", {}, "red green blue mug bowl block can"),

@@ -19,6 +19,8 @@ from structdiffusion.models.cvae.loss import cvae_loss
 from structdiffusion.models.cvae.model import CVAEConfig
 from structdiffusion.models.diffusion import PoseDiffusion
 from structdiffusion.models.diffusion.model import DiffusionConfig
+from structdiffusion.models.outcome import OutcomeDiscriminator
+from structdiffusion.models.outcome.model import OutcomeConfig
 from structdiffusion.models.structformer import StructFormer
 from structdiffusion.models.structformer.loss import structformer_loss
 from structdiffusion.models.structformer.model import StructFormerConfig
@@ -65,6 +67,7 @@ def weights(data_folder, tmp_path_factory):
     PoseDiffusion(DiffusionConfig(**SIZES)).save_pretrained(folder / "diffusion")
     StructureDiscriminator(StructureConfig(width=16, layers=1, points=48)).save_pretrained(folder / "structure")
     CollisionDiscriminator(CollisionConfig(width=16, layers=1, points=32)).save_pretrained(folder / "collision")
+    OutcomeDiscriminator(OutcomeConfig(width=16, layers=1)).save_pretrained(folder / "outcome")
     return folder
 
 
@@ -93,7 +96,8 @@ def test_every_learned_planner_proposes(weights, scene, name):
     assert totals == sorted(totals, reverse=True)
     expected = {"total"} | ({"rollout"} if name == "diffusion" else set())
     if parts.ranked:
-        expected |= {"structure", "collision"} if parts.discriminators else set()
+        judge = "outcome" if parts.outcome else "structure"
+        expected |= {judge, "collision"} if parts.discriminators else set()
         expected |= ({"bounds"} if parts.bounds else set()) | ({"checks", "support"} if parts.checks else set())
     assert set(found[0].scores) == expected
     assert (totals == [1.0] * len(found)) == (not parts.ranked)
