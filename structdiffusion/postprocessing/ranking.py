@@ -17,8 +17,7 @@ from structdiffusion.footprints import clear_gap
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.models.checkpoint import require_sound
 from structdiffusion.models.collision import CollisionDiscriminator
-from structdiffusion.models.outcome import OutcomeDiscriminator
-from structdiffusion.models.structure import StructureDiscriminator
+from structdiffusion.models.scene_discriminator import SceneDiscriminator
 from structdiffusion.observation import Table
 from structdiffusion.protocol.semantic import check_structure
 from structdiffusion.structures import structure_named
@@ -51,7 +50,7 @@ class Ranker:
         bounds: whether hanging over the table's edge counts.
     """
 
-    structure: StructureDiscriminator | OutcomeDiscriminator
+    structure: SceneDiscriminator
     collision: CollisionDiscriminator
     estimated_checks: bool = True
     discriminators: bool = True

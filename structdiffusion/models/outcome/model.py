@@ -8,14 +8,13 @@ samples, each checked as the evaluation does. It sees the outlines of the clouds
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 
-from structdiffusion.models.checkpoint import Checkpointed
-from structdiffusion.models.encoders import fake_scenes, outline_features
+from structdiffusion.models.encoders import outline_features
+from structdiffusion.models.scene_discriminator import SceneDiscriminator
 from structdiffusion.word_tokens import VOCABULARY
 
 DIRECTIONS = 16  # of an outline (`encoders.outline_features`)
@@ -74,7 +73,7 @@ class _Layer(nn.Module):
         return x + self.mlp(self.norm(x))
 
 
-class OutcomeDiscriminator(Checkpointed):
+class OutcomeDiscriminator(SceneDiscriminator):
     """A network from a proposed scene and words to one logit, whose sigmoid is the chance that it stands as asked."""
 
     kind = "outcome"
@@ -90,20 +89,6 @@ class OutcomeDiscriminator(Checkpointed):
         self.whole = nn.Sequential(nn.Linear(24 * _SLOTS + 3 + _WHOLE, width), nn.GELU(), nn.Linear(width, width))
         self.layers = nn.ModuleList(_Layer(width, config.heads) for _ in range(config.layers))
         self.head = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, 1))
-
-    @classmethod
-    def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
-        """Return random scenes as `forward` takes them (see `encoders.fake_scenes`); `clouds` are at their goals."""
-        return fake_scenes(batch, objects, generator)
-
-    def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
-        """Return the shape of the result of `try_out` for a fake input: a logit for each scene, (B,)."""
-        return (len(given["clouds"]),)
-
-    @torch.no_grad()
-    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
-        """Return the logits of a fake input; nothing is drawn at random."""
-        return self(**given)
 
     def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
         """Return logits (B,) of the scenes.

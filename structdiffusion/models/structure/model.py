@@ -6,14 +6,13 @@ object. The scene is centred, and the words that place it on the table are omitt
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 
-from structdiffusion.models.checkpoint import Checkpointed
-from structdiffusion.models.encoders import PointEncoder, fake_scenes
+from structdiffusion.models.encoders import PointEncoder
+from structdiffusion.models.scene_discriminator import SceneDiscriminator
 from structdiffusion.word_tokens import VOCABULARY
 
 LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: slots that do not depend on the structure's position
@@ -40,7 +39,7 @@ class StructureConfig:
     vocabulary: int = VOCABULARY
 
 
-class StructureDiscriminator(Checkpointed):
+class StructureDiscriminator(SceneDiscriminator):
     """A network from a proposed scene and words to one logit, whose sigmoid is the score."""
 
     kind = "structure"
@@ -59,20 +58,6 @@ class StructureDiscriminator(Checkpointed):
             nn.GELU(),
             nn.Linear(128, 1),
         )
-
-    @classmethod
-    def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
-        """Return random scenes as `forward` takes them (see `encoders.fake_scenes`); `clouds` are at their goals."""
-        return fake_scenes(batch, objects, generator)
-
-    def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
-        """Return the shape of the result of `try_out` for a fake input: a logit for each scene, (B,)."""
-        return (len(given["clouds"]),)
-
-    @torch.no_grad()
-    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
-        """Return the logits of a fake input; nothing is drawn at random."""
-        return self(**given)
 
     def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
         """Return logits (B,) of the scenes.

@@ -1,0 +1,31 @@
+"""What the networks share that judge a whole scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor
+
+from structdiffusion.models.checkpoint import Checkpointed
+from structdiffusion.models.encoders import fake_scenes
+
+
+class SceneDiscriminator(Checkpointed):
+    """A network from a proposed scene (clouds at their goals, present, nouns, words) to one logit, whose sigmoid is the
+    score.
+    """
+
+    @classmethod
+    def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
+        """Return random scenes as `forward` takes them (see `encoders.fake_scenes`); `clouds` are at their goals."""
+        return fake_scenes(batch, objects, generator)
+
+    def answer_shape(self, given: Mapping[str, Tensor]) -> tuple[int, ...]:
+        """Return the shape of the result of `try_out` for a fake input: a logit for each scene, (B,)."""
+        return (len(given["clouds"]),)
+
+    @torch.no_grad()
+    def try_out(self, given: Mapping[str, Tensor], generator: torch.Generator) -> Tensor:
+        """Return the logits of a fake input; nothing is drawn at random."""
+        return self(**given)
