@@ -82,12 +82,10 @@ class Circumstances:
 
     Attributes:
         nothing: the certainty that nothing is asked for, nothing that can be built, or nothing clear.
-        follows: whether there is a goal so far.
         scene: whether it is known what is there.
     """
 
     nothing: float = 0.0
-    follows: bool = False
     scene: bool = True
 
 
@@ -104,7 +102,7 @@ def features(candidates: Sequence[Candidate], number: int, known: Circumstances)
     agreement = math.copysign(_logit(abs(one.agreement)), one.agreement) if one.agreement else 0.0
     return [
         1.0, one.logit, _logit(own), max((each.logit for each in others), default=-8.0), _logit(known.nothing),
-        float(one.agreement > 0), float(one.agreement < 0), float(known.follows), _logit(one.doubt),
+        float(one.agreement > 0), float(one.agreement < 0), _logit(one.doubt),
         _logit(own / (own + surest)) if own > 0.0 else 0.0, agreement, float(not known.scene),
         _logit(own) if one.agreement else 0.0, float(bool(one.unused)),
         float(bool(one.unused) and not all(each.unused for each in others)),
@@ -123,12 +121,12 @@ def decide(
     Args:
         candidates: the goals that can be built here.
         proposals: all, with those that have no goal.
-        weights: of the `features`, in their order.
+        weights: of the `features`, in their order, of an instruction or of what is said of a goal.
         follows: whether there is a goal so far.
         scene: whether it is known what is there.
     """
     nothing = sum(each.certainty for each in proposals if each.answer)
-    known = Circumstances(nothing, follows, scene)
+    known = Circumstances(nothing, scene)
     shares = [
         _sigmoid(sum(w * x for w, x in zip(weights, features(candidates, number, known), strict=True)))
         for number in range(len(candidates))

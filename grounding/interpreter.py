@@ -336,7 +336,7 @@ class Interpreter:
             proposals = self._proposals(said, objects)
             candidates = self._candidates(said, proposals, objects)
             follows, scene = bool(said.before.parts), objects is not None
-            decision = decide(candidates, proposals, self.verifier.weights, follows, scene)
+            decision = decide(candidates, proposals, self.verifier.weights_of(said.before), follows, scene)
             found, chosen = verdicts.of_decision(decision, proposals), decision.chosen
         found = replace(found, fallback=said.fallback, seconds=seconds + time.perf_counter() - started)
         if found.status == "ok" and chosen is not None and chosen.proposal.worded is not None:

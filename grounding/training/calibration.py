@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
@@ -37,7 +37,7 @@ from grounding.spec import StructureSpec
 from grounding.training.goal_corrections import GoalCorrection, goal_corrections, goals_of
 from grounding.training.goal_lines import GoalLine, LabelError, goal_lines
 from grounding.training.goal_reader import held_out
-from grounding.verify.verifier import WEIGHTS, Verifier
+from grounding.verify.verifier import FOLLOW_UP, INSTRUCTION, WEIGHTS, Verifier
 
 REPORTED_EVERY = 2
 OF_DEVELOPMENT = 4.0  # weight of a text of the development sets: they are few, and nearer to what people say most
@@ -134,7 +134,7 @@ def judged(rows: Sequence[JudgedText], interpreter: Interpreter) -> tuple[np.nda
     for row in rows:
         candidates, proposals = interpreter.candidates(row.text, row.objects, row.before)
         nothing = sum(each.certainty for each in proposals if each.answer)
-        known = Circumstances(nothing, bool(row.before.parts), row.objects is not None)
+        known = Circumstances(nothing, row.objects is not None)
         for number, one in enumerate(candidates):
             found.append(features(candidates, number, known))
             right.append(float(row.is_meant(one.proposal)))
@@ -158,17 +158,28 @@ def calibrate(folder: Path = WEIGHTS, network: Path | None = None) -> dict[str, 
         NetworkProposer(lambda: NetworkWriter.from_pretrained(encoder, *proposing)),
         lambda: Verifier.from_pretrained(encoder, folder),
     )  # fmt: skip
-    rows = list(texts(encoder))
-    kept = [row for place, row in enumerate(rows) if place % REPORTED_EVERY]
-    found, right, weight = judged(kept, interpreter)
-    weights = fitted(found, right, weight)
-    left_rows, left_right, _ = judged(rows[::REPORTED_EVERY], interpreter)
-    shares = np.clip(1.0 / (1.0 + np.exp(-left_rows @ weights)), 1e-6, 1.0 - 1e-6)
-    loss = -np.mean(left_right * np.log(shares) + (1.0 - left_right) * np.log(1.0 - shares))
+    counts, total, weights = {"fitted": 0, "reported": 0}, 0.0, dict[str, list[float]]()
+    for kind, rows in _by_kind(texts(encoder)).items():
+        kept = [row for place, row in enumerate(rows) if place % REPORTED_EVERY]
+        found, right, weight = judged(kept, interpreter)
+        fit = fitted(found, right, weight)
+        left_rows, left_right, _ = judged(rows[::REPORTED_EVERY], interpreter)
+        shares = np.clip(1.0 / (1.0 + np.exp(-left_rows @ fit)), 1e-6, 1.0 - 1e-6)
+        total -= np.sum(left_right * np.log(shares) + (1.0 - left_right) * np.log(1.0 - shares))
+        weights[kind] = [round(float(each), 4) for each in fit]
+        counts = {"fitted": counts["fitted"] + len(found), "reported": counts["reported"] + len(left_rows)}
     config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
-    config["weights"] = [round(float(each), 4) for each in weights]
+    config["weights"] = weights
     write_whole(folder / "config.json", (json.dumps(config, indent=1) + "\n").encode())
-    return {"fitted": len(found), "reported": len(left_rows), "log_loss": round(float(loss), 4)}
+    return {**counts, "log_loss": round(float(total / counts["reported"]), 4)}
+
+
+def _by_kind(rows: Iterable[JudgedText]) -> dict[str, list[JudgedText]]:
+    """Divide texts into instructions and what is said of a goal: few features mean the same in both."""
+    found: dict[str, list[JudgedText]] = {INSTRUCTION: [], FOLLOW_UP: []}
+    for row in rows:
+        found[FOLLOW_UP if row.before.parts else INSTRUCTION].append(row)
+    return found
 
 
 def main() -> None:

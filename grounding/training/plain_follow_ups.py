@@ -40,7 +40,8 @@ _ENDINGS = ("", ".", ".", ".", ", please.", " please", "!", " now.")
 _VERBS = ("{a} {b}", "{a} {b}", "put {a} {b}", "place {a} {b}", "{a} goes {b}", "i want {a} {b}", "set {a} {b}",
           "{a} should be {b}", "could you put {a} {b}", "{a} must be {b}")  # fmt: skip
 _DENIALS = ("no, ", "no ", "sorry, ", "wait, ", "", "not there, ", "oh, ", "actually, ", "i meant ", "no, i meant ")
-_KINDS = ("beside", "beside", "beside", "structure", "both", "place", "relation", "reference", "shape", "moved")
+_KINDS = ("beside", "beside", "beside", "structure", "structures", "both", "place", "relation", "reference", "shape",
+          "moved")  # fmt: skip
 _REPAIRS = ("no", "no, wait", "sorry", "or rather", "i mean", "hm, no", "or wait", "no no")
 _DISTANCE, _REPAIRED = 0.15, 0.15  # shares of the wishes beside something that say how far, and that begin otherwise
 
@@ -79,7 +80,9 @@ class PlainFollowUps:
         if kind in ("relation", "reference"):
             return self._otherwise(kind, goal, objects, rendition)
         if kind in ("shape", "moved"):
-            return self._structure(kind, goal, rendition)
+            return self._structure(kind, goal, objects, rendition)
+        if kind == "structures":
+            return self._two_structures(goal, objects, rendition)
         if any(part.objects is None for part in goal.structures):
             return None  # nothing is left
         named = goal.named_objects()
@@ -103,11 +106,11 @@ class PlainFollowUps:
             value = self._one(list(_PLACES))
             return self._added(rendition, names[0], self._one(_PLACES[value]), f"at {value}")
         if kind == "structure":
-            number, noun = self._named_structure(goal, objects)
-            if not noun:
+            called = self._called(goal, objects)
+            if not called:
                 return None
-            relation = self._one(_BESIDE)
-            return self._beside(rendition, names[0], relation, noun, f"structure {number}")
+            number, relation = self._one(list(called)), self._one(_BESIDE)
+            return self._beside(rendition, names[0], relation, called[number], f"structure {number}")
         if kind == "beside" and there:
             relation, c = self._one(list(RELATIONS)), self._one(there)
             return self._beside(rendition, names[0], relation, c, c)
@@ -165,53 +168,87 @@ class PlainFollowUps:
         line = ", ".join((cells[0], f"{new} {reference}", *cells[2:]))
         return f"{self._one(_DENIALS)}{self._one(wishes)}", "; ".join((*parts[:-1], line))
 
-    def _structure(self, kind: str, goal: Goal, rendition: Rendition) -> tuple[str, str] | None:
-        """Give the only structure of a goal another shape, or another place."""
-        parts = rendition.label.split("; ")
-        places = [place for place, part in enumerate(goal.parts) if isinstance(part, StructurePart)]
-        if len(places) != 1:
+    def _two_structures(
+        self, goal: Goal, objects: Sequence[SceneObject], rendition: Rendition
+    ) -> tuple[str, str] | None:
+        """Say how one structure of a goal stands to another; either may come first in the sentence."""
+        called = self._called(goal, objects)
+        if len(called) < 2 or "place of structure" in rendition.label:
             return None
-        place, one = places[0], goal.structures[0]
-        noun = STRUCTURES[one.shape].words.nouns[0] if one.shape else "structure"
+        one, other = self.rng.permutation(list(called))[:2].tolist()
+        if _is_placed(rendition.label.split("; ")[goal.parts.index(goal.structures[one - 1])]):
+            return None
+        relation = self._one(_BESIDE)
+        said = self._one(RELATIONS[relation])
+        text = self._one(
+            ("put {a} {r} {b}", "{a} must be {r} {b}", "{a} {r} {b}", "{a} goes {r} {b}", "{a} should stand {r} {b}",
+             "i want {a} {r} {b}", "{a} to be {r} {b}", "move {a} {r} {b}", "{a} belongs {r} {b}")
+        ).format(a=called[one], r=said, b=called[other])  # fmt: skip
+        return (
+            f"{self._one(_OPENINGS)}{text}",
+            f"{rendition.label}; place of structure {one}, {relation} structure {other}",
+        )
+
+    def _structure(
+        self, kind: str, goal: Goal, objects: Sequence[SceneObject], rendition: Rendition
+    ) -> tuple[str, str] | None:
+        """Give a structure of a goal another shape, or another place."""
+        called = self._called(goal, objects)
+        if not called:
+            return None
+        number, parts = self._one(list(called)), rendition.label.split("; ")
+        place = goal.parts.index(goal.structures[number - 1])
+        one, name, alone = goal.structures[number - 1], called[number], len(goal.structures) == 1
+        noun = STRUCTURES[str(one.shape)].words.nouns[0]
         head, *cells = [cell.strip() for cell in parts[place].split(",")]
         if kind == "shape":
-            if cells or one.shape is None or one.objects is None:
+            if cells or one.objects is None:
                 return None  # what was said of its size or order may be no word of another shape
             shapes = [name for name, words in STRUCTURES.items()
                       if words.least <= len(one.objects) and not words.pieces and name != one.shape]  # fmt: skip
             shape = self._one(shapes)
             new = self._one(STRUCTURES[shape].words.nouns)
-            text = self._one((f"make it a {new}", f"make it a {new} instead", f"a {new} instead of the {noun}",
-                                  f"not a {noun}, a {new}", f"rather a {new}", f"no {noun}, a {new}"))  # fmt: skip
+            forms = [f"make {name} a {new}", f"{name} should be a {new} instead", f"turn {name} into a {new}"]
+            forms += [f"make it a {new}", f"make it a {new} instead", f"rather a {new}"] if alone else []
+            forms += (
+                [f"a {new} instead of the {noun}", f"not a {noun}, a {new}", f"no {noun}, a {new}"] if alone else []
+            )
             line = f"{shape} of {head.partition(' of ')[2]}"
-            return f"{self._one(('', '', *_DENIALS))}{text}", "; ".join((*parts[:place], line, *parts[place + 1 :]))
+            text = f"{self._one(('', '', *_DENIALS))}{self._one(forms)}"
+            return text, "; ".join((*parts[:place], line, *parts[place + 1 :]))
         value = self._one(list(_PLACES))
-        placed = set(cells) & {"left", "right", "center", "top", "middle", "bottom"} or "along" in parts[place]
-        if placed or "place of structure" in rendition.label:
+        if _is_placed(parts[place]) or "place of structure" in rendition.label:
             return None
         where = self._one(_PLACES[value])
-        text = self._one((f"{where}", f"the {noun} {where}", f"put the {noun} {where}", f"move it {where}",
-                              f"the {noun} goes {where}", f"put it {where}"))  # fmt: skip
+        forms = [f"{name} {where}", f"put {name} {where}", f"{name} goes {where}", f"move {name} {where}"]
+        forms += [where, f"move it {where}", f"put it {where}"] if alone else []
         line = ", ".join((head, *cells, value))
-        return f"{self._one(_OPENINGS)}{text}", "; ".join((*parts[:place], line, *parts[place + 1 :]))
+        text = f"{self._one(_OPENINGS)}{self._one(forms)}"
+        return text, "; ".join((*parts[:place], line, *parts[place + 1 :]))
 
-    def _named_structure(self, goal: Goal, objects: Sequence[SceneObject]) -> tuple[int, str]:
-        """Return the number of a structure and what it is called, where that names it alone; "" where none can be."""
-        numbered = [(number, one) for number, one in enumerate(goal.structures, 1) if one.shape and one.objects]
-        if not numbered:
-            return 0, ""
-        number, one = numbered[int(self.rng.integers(len(numbered)))]
-        noun = self._one(STRUCTURES[str(one.shape)].words.nouns)
-        alike = [other for _, other in numbered if other.shape == one.shape]
-        if len(alike) == 1:
-            return number, f"the {noun}"
-        own = _colours(one, objects)
-        if len(own) == 1 and sum(bool(own & _colours(other, objects)) for other in alike) == 1:
-            return number, f"the {next(iter(own))} {noun}"
-        return 0, ""
+    def _called(self, goal: Goal, objects: Sequence[SceneObject]) -> dict[int, str]:
+        """Name the structures of a goal that have words of their own: by their shape, their colour, or both."""
+        known = {number: one for number, one in enumerate(goal.structures, 1) if one.shape}
+        found = dict[int, str]()
+        for number, one in known.items():
+            noun = self._one(STRUCTURES[str(one.shape)].words.nouns)
+            own, others = _colours(one, objects), [each for each in known.values() if each is not one]
+            words = [] if any(each.shape == one.shape for each in others) else [f"the {noun}"]
+            if len(own) == 1 and not any(own & _colours(each, objects) for each in others):
+                colour = next(iter(own))
+                words += [f"the {colour} {noun}", f"the {colour} ones"]
+            if words:
+                found[number] = self._one(words)
+        return found
 
     def _one(self, values: Sequence[str]) -> str:
         return values[int(self.rng.integers(len(values)))]
+
+
+def _is_placed(line: str) -> bool:
+    """Return whether the line of a structure in a label says where it stands."""
+    cells = {cell.strip() for cell in line.split(",")}
+    return bool(cells & {"left", "right", "center", "top", "middle", "bottom"}) or "along" in line
 
 
 def _colours(part: StructurePart, objects: Sequence[SceneObject]) -> set[str]:

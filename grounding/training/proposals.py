@@ -98,15 +98,17 @@ def write_proposals(
         if goal is None or goal.parts:  # else it only says what stays
             legal.append((row, before, goal))
     lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-    for number, (row, before, goal) in enumerate(legal[len(lines) :], start=len(lines) + 1):
-        objects = goal_scenes()[row.scene]
-        worded = proposer.propose(row.text, objects, before, answers=goal is not None)
-        found = (resolved(one, row.text, objects, encoder).goal for one in worded)
-        goals = tuple(dict.fromkeys(one for one in found if one is not None and one.parts))
-        lines.append(json.dumps(ProposedGoals(row.scene, row.text, before, goal, goals, held_out(row)).to_dict()))
-        if number % WRITTEN == 0 or number == len(legal):
-            write_whole(path, ("\n".join(lines) + "\n").encode())
-            report(f"goals proposed for {number} of {len(legal)} texts")
+    while len(lines) < len(legal):
+        some = legal[len(lines) : len(lines) + WRITTEN]
+        proposer.ahead((row.text, goal_scenes()[row.scene], before) for row, before, goal in some if goal is not None)
+        for row, before, goal in some:
+            objects = goal_scenes()[row.scene]
+            worded = proposer.propose(row.text, objects, before, answers=goal is not None)
+            found = (resolved(one, row.text, objects, encoder).goal for one in worded)
+            goals = tuple(dict.fromkeys(one for one in found if one is not None and one.parts))
+            lines.append(json.dumps(ProposedGoals(row.scene, row.text, before, goal, goals, held_out(row)).to_dict()))
+        write_whole(path, ("\n".join(lines) + "\n").encode())
+        report(f"goals proposed for {len(lines)} of {len(legal)} texts")
 
 
 def main() -> None:

@@ -150,7 +150,7 @@ def save(network: VerifierNetwork, encoder: SentenceEncoder, out: Path, steps: i
     """Write `model.safetensors` and `config.json`; weights of the probability that are there already stay."""
     base, record = base_arrays(), base_record()
     there = out / "config.json"
-    weights = json.loads(there.read_text(encoding="utf-8"))["weights"] if there.is_file() else []
+    weights = json.loads(there.read_text(encoding="utf-8"))["weights"] if there.is_file() else {}
     config = {"steps": steps, "encoder_sha256": encoder.checksum, "difference_to": record, "weights": weights}
     state = {name: tensor.detach().numpy() for name, tensor in network.state_dict().items()}
     write_all_whole(

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 WEIGHTS = Path(__file__).parents[1] / "weights" / "verifier"
 HEADS = 12  # of the encoder's layers
+INSTRUCTION, FOLLOW_UP = "instruction", "follow_up"  # what is judged, by whether there is a goal so far
 GOAL = "=>"  # between what was said and the goal
 MOST_WORDS = 150  # of both together
 
@@ -82,16 +83,17 @@ class Verifier:
     Args:
         encoder: the sentence encoder.
         state: float32 arrays by their names in `grounding.training.verifier.VerifierNetwork`.
-        weights: of `grounding.decide.features`: the probability that a judged goal is what was meant.
+        weights: of `grounding.decide.features`, for `INSTRUCTION` and for `FOLLOW_UP`: the probability that a judged
+            goal is what was meant. A few words about a goal are judged otherwise than a first instruction.
 
     Raises:
         KeyError: for an array that is missing.
     """
 
     def __init__(
-        self, encoder: SentenceEncoder, state: Mapping[str, np.ndarray], weights: Sequence[float] = ()
+        self, encoder: SentenceEncoder, state: Mapping[str, np.ndarray], weights: Mapping[str, Sequence[float]]
     ) -> None:
-        self._encoder, self.weights = encoder, tuple(weights)
+        self._encoder, self.weights = encoder, {kind: tuple(each) for kind, each in weights.items()}
         self.state = {name: array.astype(np.float32, copy=False) for name, array in state.items()}
         count = len({name.split(".")[1] for name in state if name.startswith("upper.")})
         self._upper = [EncoderLayer.of(under(self.state, f"upper.{number}."), HEADS) for number in range(count)]
@@ -105,6 +107,10 @@ class Verifier:
             GoalNetworkError: for files that are missing, or that do not fit this version or the encoder.
         """
         return load_network("verifier", folder, encoder, lambda config, state: cls(encoder, state, config["weights"]))
+
+    def weights_of(self, before: Goal) -> Sequence[float]:
+        """Return the weights for what is said about a goal; one without parts is that before an instruction."""
+        return self.weights[FOLLOW_UP if before.parts else INSTRUCTION]
 
     def judge(self, pairs: Sequence[Pair]) -> list[Judgement]:
         """Judge goals, each beside its text."""

@@ -9,7 +9,7 @@ from tests.grounding.goal_in_words import goal_of_words
 
 LINE, CIRCLE = Proposal(goal_of_words("line of 0, 1, 2"), 0.6), Proposal(goal_of_words("circle of 0, 1, 2"), 0.3)
 DOUBT = Proposal(None, 0.1, question=Question("object", "which cup?", ("cup", "cup 2")))
-BY_VERIFIER = (0, 1, *(0,) * 13)  # the probability is that of the verifier's logit
+BY_VERIFIER = (0, 1, *(0,) * 12)  # the probability is that of the verifier's logit
 
 
 def decided(*logits, proposals=(LINE, CIRCLE)):

@@ -1,5 +1,7 @@
 """Plain sentences about a goal keep what it has, and their labels are what they say."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -68,3 +70,18 @@ def test_a_structure_takes_another_shape():
 def test_nothing_is_added_where_everything_takes_part():
     labels = drawn("cans and cups", "circle of (all).", 40).values()
     assert not any("place of" in label for label in labels)
+
+
+def test_either_of_two_structures_may_stand_in_front():
+    found = drawn("party", "line of the red cups {0,1,2}; line of the blue cups {3,4,5}.")
+    ends = {re.search(r"(red|blue) .* in front of the (red|blue)", said): label for said, label in found.items()}
+    ends = {match[1]: label.rpartition("place of ")[2] for match, label in ends.items() if match}
+    numbered = {"red": "structure 1 rel in front of structure 2", "blue": "structure 2 rel in front of structure 1"}
+    assert ends == numbered
+
+
+def test_one_of_two_structures_takes_a_place():
+    found = drawn("party", "line of the red cups {0,1,2}; circle of the blue cups {3,4,5}.")
+    moved = {label for said, label in found.items() if re.search("the (red|blue) .* (at|to) the back$", said)}
+    one, other = "line of the red cups", "circle of the blue cups"
+    assert moved == {f"{one} y top {other}", f"{one} {other} y top"}

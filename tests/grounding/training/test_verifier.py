@@ -31,8 +31,8 @@ def test_a_verifier_is_trained_and_written_and_keeps_its_weights(tmp_path, monke
     monkeypatch.setattr(verifier, "BATCH", 4)
     rows, told = tmp_path / "rows.jsonl", []
     rows.write_text("".join(json.dumps(row.to_dict()) + "\n" for row in (ROW, UNHELD)))
-    (tmp_path / "config.json").write_text('{"weights": [1.0, 2.0]}')
+    (tmp_path / "config.json").write_text('{"weights": {"instruction": [1.0], "follow_up": [2.0]}}')
     train(VerifierTraining(tmp_path, rows, steps=2), told.append)
     assert told[0].startswith("step 2 of 2, loss ") and json.loads((tmp_path / "config.json").read_text())["steps"] == 2
     loaded = Verifier.from_pretrained(encoder, tmp_path)
-    assert list(loaded.weights) == [1.0, 2.0]
+    assert loaded.weights_of(Goal()) == (1.0,) and loaded.weights_of(ROW.goal) == (2.0,)
