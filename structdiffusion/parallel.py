@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pickle
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -53,6 +53,33 @@ def check_complete(lost: Sequence[Lost], count: int, what: str) -> None:
             f"{len(lost)} of {count} {what} are missing ({lost[0].reason}); "
             "the same command again makes what is missing"
         )
+
+
+def kept_pieces(
+    worked: Iterable[Any], keep: Callable[[Any], None], done: int, count: int, what: str
+) -> Iterator[tuple[int, int]]:
+    """Keep each piece of work as it is finished; yield (pieces that are done, pieces in all), first before any.
+
+    Args:
+        worked: what `in_parallel` yields.
+        keep: writes a piece.
+        done: the pieces that were there before.
+        count: the required number of pieces.
+        what: plural noun of the pieces, such as "shards".
+
+    Raises:
+        WorkerError: at the end, if a piece is missing.
+    """
+    lost = []
+    yield done, count
+    for piece in worked:
+        if isinstance(piece, Lost):
+            lost.append(piece)
+            continue
+        keep(piece)
+        done += 1
+        yield done, count
+    check_complete(lost, count, what)
 
 
 def in_parallel(

@@ -23,7 +23,7 @@ from structdiffusion.evaluation_protocol import MAX_PENETRATION
 from structdiffusion.geometry import yaw_of
 from structdiffusion.objects.model import ObjectModel
 from structdiffusion.observation import StructureGoal
-from structdiffusion.parallel import Lost, check_complete, in_parallel
+from structdiffusion.parallel import in_parallel, kept_pieces
 from structdiffusion.planners.diffusion import DiffusionPlanner
 from structdiffusion.planners.factory import load_planner
 from structdiffusion.planners.samples import encode_scene
@@ -67,18 +67,13 @@ def generate_judged(
     shards = -(-scenes // SHARD_SCENES)
     paths = [folder / f"judged_{number:05d}.npz" for number in range(shards)]
     missing = [number for number, path in enumerate(paths) if not path.is_file()]
-    done, lost = shards - len(missing), []
-    yield done, shards
-    task = partial(_shard, seed)
-    for shard in in_parallel(task, _loaded, (tuple(models),), missing, workers, ray=ray, ordered=False):
-        if isinstance(shard, Lost):
-            lost.append(shard)
-            continue
-        number, columns = shard
-        save_arrays(paths[number], columns)
-        done += 1
-        yield done, shards
-    check_complete(lost, shards, "shards of judged proposals")
+    worked = in_parallel(
+        partial(_shard, seed), _loaded, (tuple(models),), missing, workers, ray=ray, ordered=False
+    )  # fmt: skip
+    yield from kept_pieces(
+        worked, lambda shard: save_arrays(paths[shard[0]], shard[1]), shards - len(missing), shards,
+        "shards of judged proposals",
+    )  # fmt: skip
 
 
 def _loaded(models: tuple[ObjectModel, ...]) -> tuple[tuple[ObjectModel, ...], DiffusionPlanner]:

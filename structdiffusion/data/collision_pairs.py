@@ -17,7 +17,7 @@ from structdiffusion.data.npz_files import read_arrays, save_arrays
 from structdiffusion.footprints import separation_along, turned
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import Lost, check_complete, in_parallel
+from structdiffusion.parallel import in_parallel, kept_pieces
 from structdiffusion.simulation.world import TabletopWorld
 
 _GROUP = 10  # objects that share a world and are paired with each other
@@ -56,19 +56,12 @@ def generate_pairs(
         return
     parts = [path.with_name(f"pairs_{count}_{group:05d}.npz") for group in range(groups)]
     missing = [group for group, part in enumerate(parts) if not part.is_file()]
-    done = groups - len(missing)
-    yield done, groups
-    task = partial(_drawn, count, seed)
-    lost = []
-    for drawn in in_parallel(task, tuple, (tuple(models),), missing, workers, ray=ray, ordered=False):
-        if isinstance(drawn, Lost):
-            lost.append(drawn)
-            continue
-        group, columns = drawn
-        save_arrays(parts[group], columns)
-        done += 1
-        yield done, groups
-    check_complete(lost, groups, "groups of pairs")
+    worked = in_parallel(
+        partial(_drawn, count, seed), tuple, (tuple(models),), missing, workers, ray=ray, ordered=False
+    )  # fmt: skip
+    yield from kept_pieces(
+        worked, lambda drawn: save_arrays(parts[drawn[0]], drawn[1]), groups - len(missing), groups, "groups of pairs"
+    )
     loaded = [read_arrays(part) for part in parts]
     save_arrays(path, {name: np.concatenate([part[name] for part in loaded]) for name in loaded[0]})
     for part in parts:

@@ -20,7 +20,7 @@ from structdiffusion.data.batches import widened
 from structdiffusion.data.npz_files import DataFolderError, read_arrays, save_arrays
 from structdiffusion.data.shards import Shard, draw_shard
 from structdiffusion.objects.model import ObjectModel
-from structdiffusion.parallel import Lost, check_complete, in_parallel
+from structdiffusion.parallel import in_parallel, kept_pieces
 
 SHARD_SCENES = 500
 PROVEN = 1  # scenes of each exact shape in a shard that are also built in physics
@@ -123,18 +123,11 @@ def generate(
     wanted += [(number, True) for number in range(-(-crowded // SHARD_SCENES))]
     missing = [job for job in wanted if not _shard_path(folder, *job).is_file()]
     shards = len(wanted)
-    done = shards - len(missing)
-    yield done, shards
-    task = partial(_drawn, seed, SHARD_SCENES, PROVEN)
-    lost = []
-    for shard in in_parallel(task, tuple, (tuple(models),), missing, workers, ray=ray, ordered=False):
-        if isinstance(shard, Lost):
-            lost.append(shard)
-            continue
-        keep_shard(folder, shard)
-        done += 1
-        yield done, shards
-    check_complete(lost, shards, "shards of scenes")
+    worked = in_parallel(
+        partial(_drawn, seed, SHARD_SCENES, PROVEN), tuple, (tuple(models),), missing, workers, ray=ray, ordered=False
+    )  # fmt: skip
+    keep = partial(keep_shard, folder)
+    yield from kept_pieces(worked, keep, shards - len(missing), shards, "shards of scenes")
 
 
 def keep_shard(folder: Path, shard: Shard) -> None:
