@@ -7,6 +7,7 @@ while a kettle stands, is seldom among it. Goals so far are those of labelled in
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,24 +18,13 @@ from grounding.goals.parts import StructurePart
 from grounding.resolve.attributes import SceneObject
 from grounding.structure_words import STRUCTURES
 from grounding.training.goal_lines import LabelError, LabelledGoal, labelled
+from grounding.training.plain_wishes import BESIDE, PLACES, RELATIONS
 
-RELATIONS = {
-    "left of": ("left of", "to the left of", "on the left of", "at the left of", "on the left side of"),
-    "right of": ("right of", "to the right of", "on the right of", "at the right of", "on the right side of"),
-    "in front of": ("in front of", "before"),
-    "behind": ("behind", "at the back of"),
-    "next to": ("next to", "beside", "by"),
-    "on": ("on", "on top of", "onto"),
-}  # fmt: skip
-_BESIDE = tuple(RELATIONS)[:5]  # where a structure can stand, and what can stand beside one
+Value = TypeVar("Value")
+
 _SHORT = {"left of": ("on the left", "to the left", "left"), "right of": ("on the right", "to the right", "right"),
           "in front of": ("in front",), "behind": ("behind", "at the back")}  # fmt: skip
 _OPPOSITE = {"left of": "right of", "right of": "left of", "in front of": "behind", "behind": "in front of"}
-_PLACES = {
-    "left": ("on the left", "to the left", "on the left side"),
-    "right": ("on the right", "to the right", "on the right side"),
-    "top": ("at the back", "at the far end", "to the back"), "bottom": ("at the front", "near me", "to the front"),
-}  # fmt: skip
 _OPENINGS = ("", "", "", "", "and ", "and ", "now ", "then ", "also ", "next, ", "okay, ", "please ", "after that, ")
 _ENDINGS = ("", ".", ".", ".", ", please.", " please", "!", " now.")
 _VERBS = ("{a} {b}", "{a} {b}", "put {a} {b}", "place {a} {b}", "{a} goes {b}", "i want {a} {b}", "set {a} {b}",
@@ -103,13 +93,13 @@ class PlainFollowUps:
             text = f"{a} {self._one(RELATIONS[one])} {c} and {b} {second}"
             return f"{opening}{text}", f"{rendition.label}; place of {a}, {one} {c}; place of {b}, {other} {c}"
         if kind == "place":
-            value = self._one(list(_PLACES))
-            return self._added(rendition, names[0], self._one(_PLACES[value]), f"at {value}")
+            value = self._one(list(PLACES))
+            return self._added(rendition, names[0], self._one(PLACES[value]), f"at {value}")
         if kind == "structure":
             called = self._called(goal, objects)
             if not called:
                 return None
-            number, relation = self._one(list(called)), self._one(_BESIDE)
+            number, relation = self._one(list(called)), self._one(BESIDE)
             return self._beside(rendition, names[0], relation, called[number], f"structure {number}")
         if kind == "beside" and there:
             relation, c = self._one(list(RELATIONS)), self._one(there)
@@ -119,11 +109,11 @@ class PlainFollowUps:
     def _beside(self, rendition: Rendition, name: str, relation: str, called: str, written: str) -> tuple[str, str]:
         """Say that one object more goes beside something; `called` in the sentence, and `written` in the label."""
         said, key, chance = f"{self._one(RELATIONS[relation])} {called}", f"{relation} {written}", self.rng.random()
-        if relation != "on" and chance < _REPAIRED:
-            wrong = self._one([each for each in _BESIDE if each != relation])
+        if relation in BESIDE and chance < _REPAIRED:
+            wrong = self._one([each for each in BESIDE if each != relation])
             again = self._one((said, f"{RELATIONS[relation][0]} it"))
             said = f"{self._one(RELATIONS[wrong])} {called}, {self._one(_REPAIRS)}, {again}"
-        elif relation != "on" and chance > 1.0 - _DISTANCE:
+        elif relation in BESIDE and chance > 1.0 - _DISTANCE:
             length = f"{self.rng.integers(2, 16)} {self._one(('cm', 'centimetres', 'cm'))}"
             said = self._one((f"{length} {said}", f"{said}, {length} away", f"{said} with a distance of {length}"))
             key = f"{key}, distance {length}"
@@ -148,7 +138,7 @@ class PlainFollowUps:
             return None
         reference = cells[1].removeprefix(f"{relation} ")
         if kind == "relation":
-            new = self._one([each for each in (*_BESIDE, "on") if each != relation])
+            new = self._one([each for each in (*BESIDE, "on") if each != relation])
             if reference.startswith("structure") and new == "on":
                 return None
             said = self._one(RELATIONS[new])
@@ -178,7 +168,7 @@ class PlainFollowUps:
         one, other = self.rng.permutation(list(called))[:2].tolist()
         if _is_placed(rendition.label.split("; ")[goal.parts.index(goal.structures[one - 1])]):
             return None
-        relation = self._one(_BESIDE)
+        relation = self._one(BESIDE)
         said = self._one(RELATIONS[relation])
         text = self._one(
             ("put {a} {r} {b}", "{a} must be {r} {b}", "{a} {r} {b}", "{a} goes {r} {b}", "{a} should stand {r} {b}",
@@ -216,10 +206,10 @@ class PlainFollowUps:
             line = f"{shape} of {head.partition(' of ')[2]}"
             text = f"{self._one(('', '', *_DENIALS))}{self._one(forms)}"
             return text, "; ".join((*parts[:place], line, *parts[place + 1 :]))
-        value = self._one(list(_PLACES))
+        value = self._one(list(PLACES))
         if _is_placed(parts[place]) or "place of structure" in rendition.label:
             return None
-        where = self._one(_PLACES[value])
+        where = self._one(PLACES[value])
         forms = [f"{name} {where}", f"put {name} {where}", f"{name} goes {where}", f"move {name} {where}"]
         forms += [where, f"move it {where}", f"put it {where}"] if alone else []
         line = ", ".join((head, *cells, value))
@@ -241,7 +231,7 @@ class PlainFollowUps:
                 found[number] = self._one(words)
         return found
 
-    def _one(self, values: Sequence[str]) -> str:
+    def _one(self, values: Sequence[Value]) -> Value:
         return values[int(self.rng.integers(len(values)))]
 
 

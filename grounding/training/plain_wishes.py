@@ -28,18 +28,19 @@ _PUT = (
     "lay {a}",
     "get {a}",
 )
-_RELATIONS = {
-    "left of": ("left of", "to the left of", "on the left of"),
-    "right of": ("right of", "to the right of", "on the right of"),
-    "in front of": ("in front of", "before"), "behind": ("behind", "in the back of"),
+RELATIONS = {
+    "left of": ("left of", "to the left of", "on the left of", "at the left of", "on the left side of"),
+    "right of": ("right of", "to the right of", "on the right of", "at the right of", "on the right side of"),
+    "in front of": ("in front of", "before"), "behind": ("behind", "at the back of", "in the back of"),
     "next to": ("next to", "beside", "by"),
     "on": ("on", "on top of", "onto"), "inside": ("in", "inside", "into"),
 }  # fmt: skip
-_BESIDE = ("left of", "right of", "in front of", "behind", "next to")  # where a structure can stand
-_PLACES = {
-    "left": ("on the left", "to the left side", "at the left"),
-    "right": ("on the right", "on the right side", "at the right"),
-    "top": ("at the back", "at the far end", "far away"), "bottom": ("at the front", "near me", "at the near end"),
+BESIDE = ("left of", "right of", "in front of", "behind", "next to")  # where a structure can stand
+PLACES = {
+    "left": ("on the left", "to the left", "on the left side", "at the left"),
+    "right": ("on the right", "to the right", "on the right side", "at the right"),
+    "top": ("at the back", "at the far end", "far away", "to the back"),
+    "bottom": ("at the front", "near me", "at the near end", "to the front"),
 }  # fmt: skip
 _WAYS = {"left": "to the left", "right": "to the right", "away": "away from me", "closer": "closer to me"}
 _JOINS = (" and ", ", and ", ", then ", ". ", " and then ")
@@ -121,8 +122,8 @@ class PlainWishes:
             )
             if not beside:
                 return text, line, tuple(alike)
-            relation, b = str(self._one(_BESIDE)), object_phrases(others[:1], objects)[0].words
-            text = f"{text} {self._one(_RELATIONS[relation])} {b}"
+            relation, b = str(self._one(BESIDE)), object_phrases(others[:1], objects)[0].words
+            text = f"{text} {self._one(RELATIONS[relation])} {b}"
             return text, f"{line}; place of structure 1, {relation} {b}", (*alike, others[0])
         if kind == "listed" and len(places) > 1:
             members = places[: int(self.rng.integers(2, MOST_LISTED + 1))]
@@ -133,8 +134,8 @@ class PlainWishes:
         a, b, c = (names * 3)[:3]
         put = str(self._one(_PUT)).format(a=a)
         if kind == "place":
-            value = str(self._one(list(_PLACES)))
-            return f"{put} {self._one(_PLACES[value])}", f"place of {a}, at {value}", tuple(places[:1])
+            value = str(self._one(list(PLACES)))
+            return f"{put} {self._one(PLACES[value])}", f"place of {a}, at {value}", tuple(places[:1])
         if kind == "move":
             way, length = str(self._one(list(_WAYS))), f"{self.rng.integers(2, 21)} cm"
             return f"move {a} {length} {_WAYS[way]}", f"move of {a}, {way} {length}", tuple(places[:1])
@@ -142,8 +143,8 @@ class PlainWishes:
             return f"swap {a} {self._one(('and', 'with'))} {b}", f"swap of {a} + {b}", tuple(places[:2])
         if kind == "between" and len(places) > 2:
             return f"{put} between {b} and {c}", f"place of {a}, between {b} + {c}", tuple(places[:3])
-        relation = str(self._one(list(_RELATIONS)))
-        return f"{put} {self._one(_RELATIONS[relation])} {b}", f"place of {a}, {relation} {b}", tuple(places[:2])
+        relation = str(self._one(list(RELATIONS)))
+        return f"{put} {self._one(RELATIONS[relation])} {b}", f"place of {a}, {relation} {b}", tuple(places[:2])
 
     def _listed(self, members: Sequence[int], objects: Sequence[SceneObject]) -> list[str]:
         """Draw what each of some objects is called: by its kind and colour, or by a number as the tool itself does."""
@@ -167,8 +168,8 @@ class PlainWishes:
         noun = str(self._one(STRUCTURES[shape].words.nouns))
         where, line = "", f"{shape} of {phrases}"
         if self.rng.random() < placed:
-            value = str(self._one(list(_PLACES)))
-            where, line = f" {self._one(_PLACES[value])}", f"{line}, {value}"
+            value = str(self._one(list(PLACES)))
+            where, line = f" {self._one(PLACES[value])}", f"{line}, {value}"
         if phrases != "(all)" and self.rng.random() < SELDOM:
             said = str(self._one(_ONLY)).format(said=said)
         forms = (f"put {said} in a {noun}", f"make a {noun} of {said}", f"arrange {said} in a {noun}",
