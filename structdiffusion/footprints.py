@@ -80,7 +80,14 @@ def overlap_depths(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, clearance: float = CLEARANCE) -> float:
-    """Return how far b's origin must lie from a's along a unit `direction` (2,) for a clear gap of `clearance`.
+    """Return how far b's origin must lie from a's along a unit `direction` (2,) for a clear gap of `clearance`; see
+    `separations_along`.
+    """
+    return float(separations_along(a, b, direction[None], clearance)[0])
+
+
+def separations_along(a: np.ndarray, b: np.ndarray, directions: np.ndarray, clearance: float = CLEARANCE) -> np.ndarray:
+    """Return how far b's origin must lie from a's for a clear gap of `clearance`, along unit directions (D, 2): (D,).
 
     Both outlines (K, 2) are convex, counter-clockwise, and about their own origins. They are closer than `clearance`
     as long as the vector between the origins lies inside a + (-b), rounded outward by `clearance`: the answer
@@ -92,16 +99,17 @@ def separation_along(a: np.ndarray, b: np.ndarray, direction: np.ndarray, cleara
     lengths = np.linalg.norm(edges, axis=1)
     tangents = edges / (lengths[:, None] + 1e-12)
     normals = np.column_stack((tangents[:, 1], -tangents[:, 0]))  # outward
-    facing = normals @ direction
+    rays = directions[:, :, None]  # one product for each: the product for all of them is rounded otherwise
+    facing = (normals @ rays)[..., 0]  # (D, edges)
     with np.errstate(divide="ignore", invalid="ignore"):
         leaves = ((normals * corners).sum(axis=1) + clearance) / facing
     leaves[(facing <= 1e-9) | (lengths < 1e-9)] = 0.0
-    places = leaves * (tangents @ direction) - (tangents * corners).sum(axis=1)  # along each edge
+    places = leaves * (tangents @ rays)[..., 0] - (tangents * corners).sum(axis=1)  # along each edge
     leaves[(places < -1e-9) | (places > lengths + 1e-9)] = 0.0
-    along = corners @ direction
+    along = (corners @ rays)[..., 0]
     beside = clearance**2 - ((corners**2).sum(axis=1) - along**2)
     arcs = np.where(beside >= 0.0, along + np.sqrt(np.maximum(beside, 0.0)), 0.0)
-    return max(0.0, float(leaves.max()), float(arcs.max()))
+    return np.maximum(0.0, np.maximum(leaves.max(axis=1), arcs.max(axis=1)))
 
 
 def _minkowski_sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -140,14 +140,8 @@ class Kinematics:
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
     """Return the axis times angle (B, 3) of rotations (B, 3, 3)."""
-    skew = 0.5 * np.stack(
-        (
-            rotation[:, 2, 1] - rotation[:, 1, 2],
-            rotation[:, 0, 2] - rotation[:, 2, 0],
-            rotation[:, 1, 0] - rotation[:, 0, 1],
-        ),
-        axis=1,
-    )
+    twice = rotation[:, (2, 0, 1), (1, 2, 0)] - rotation[:, (1, 2, 0), (2, 0, 1)]
+    skew = 0.5 * twice
     sine = np.linalg.norm(skew, axis=1)
     angle = np.arctan2(sine, 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0))
     return skew * (angle / np.maximum(sine, 1e-9))[:, None]

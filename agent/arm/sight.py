@@ -200,5 +200,6 @@ def _lens(points: np.ndarray, pixels: np.ndarray, camera_from_world: np.ndarray)
         return np.zeros((2, 2))
     few = slice(None, None, max(1, len(points) // LENS_POINTS))
     camera = transform_points(camera_from_world, points[few])
-    sides = [np.polyfit(camera[:, axis] / camera[:, 2], pixels[few, k] + 0.5, 1) for k, axis in ((0, 1), (1, 0))]
-    return np.array(sides).T
+    across = camera[:, 1::-1] / camera[:, 2:]
+    middles = pixels[few] + 0.5
+    return np.array([np.polyfit(across[:, k], middles[:, k], 1) for k in (0, 1)]).T

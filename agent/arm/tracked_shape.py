@@ -158,7 +158,8 @@ def _surface(hulls: list[ConvexHull], planes: list[np.ndarray]) -> tuple[np.ndar
     corners = np.concatenate([hull.points[hull.simplices] for hull in hulls])
     normals = np.concatenate([hull.equations[:, :3] for hull in hulls])
     part = np.repeat(np.arange(len(hulls)), [len(hull.simplices) for hull in hulls])
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    areas = np.linalg.norm(np.cross(first, second), axis=1)
     count = SAMPLES if len(hulls) == 1 else 2 * SAMPLES  # half of them may lie where parts meet
     place = (np.arange(count) + 0.5) / count * areas.sum()
     chosen = np.searchsorted(np.cumsum(areas), place).clip(max=len(areas) - 1)

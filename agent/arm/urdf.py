@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from scipy.spatial.transform import Rotation
 
 from agent.arm.arm_model import Joint, Solid
@@ -187,6 +186,8 @@ def _bounds(path: Path, shape: ElementTree.Element) -> np.ndarray:
         raise OSError(f"there is no mesh {said!r} beside the URDF or above it")
     scale = np.array([float(each) for each in shape.get("scale", "1 1 1").split()]).reshape(3)
     try:
+        import trimesh  # not above: it takes long to import, and the own arm is known without
+
         bounds = trimesh.load(file, force="mesh").bounds
     except Exception as error:  # every format has its own
         raise ValueError(f"the mesh {file} cannot be read: {error}; a box or a cylinder will do") from error

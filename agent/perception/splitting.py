@@ -123,9 +123,8 @@ def _objects_among(
             outer = np.where(swapped, one[mine], other[mine])
             if not _stands_alone(pieces == piece, inner, outer, pieces, positions, normals, lab, eye):
                 border = np.bincount(pieces[outer])
-                pieces[pieces == piece] = max(
-                    np.flatnonzero(border), key=lambda k: (not _is_thin(pieces == k, positions), border[k])
-                )
+                largest = max(np.flatnonzero(border), key=lambda k: (not _is_thin(pieces == k, positions), border[k]))
+                pieces[pieces == piece] = largest
                 break
         else:
             return np.unique(pieces, return_inverse=True)[1]

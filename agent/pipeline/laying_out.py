@@ -28,7 +28,7 @@ from structdiffusion.completion.estimate import estimate
 from structdiffusion.evaluation_protocol import MAX_TILT
 from structdiffusion.geometry import pose_from_xyz_yaw, tilt_between, transform_points
 from structdiffusion.observation import Arrangement, ObjectCloud, Scene
-from structdiffusion.postprocessing.ranking import checks_scores
+from structdiffusion.postprocessing.estimated_checks import checks_scores
 from structdiffusion.postprocessing.settling import settle_each
 from structdiffusion.structures import structure_named
 

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from agent.errors import BadInput, UsageError
 from agent.recordings.plane_fitting import largest_plane, thinned
@@ -219,6 +218,8 @@ def carrying_planes(points: np.ndarray) -> list[Carrier]:
 
 def _carried(plane: np.ndarray, thin: np.ndarray) -> Carrier | None:
     """Return what a plane (4,) carries, its normal toward the camera; `None` if nothing stands on it."""
+    from scipy import ndimage  # not above: every command with the option --depth-unit looks at its units
+
     normal, height = plane[:3], thin @ plane[:3] + plane[3]
     flat, above = np.abs(height) < _WITHIN, np.flatnonzero((height > 1.5 * _WITHIN) & (height < _TALLEST))
     across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])

@@ -62,7 +62,9 @@ def pictures_of(event: Event) -> Iterator[Picture]:
 def webp_of(image: np.ndarray) -> bytes:
     """Encode a picture (H, W, 3) uint8 as a WebP file."""
     buffer = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(image[..., :3])).save(buffer, format="WEBP", quality=_QUALITY)
+    Image.fromarray(np.ascontiguousarray(image[..., :3])).save(
+        buffer, format="WEBP", quality=_QUALITY, method=2
+    )  # as the pictures of films: half of the time for 5 % more bytes
     return buffer.getvalue()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -74,27 +75,26 @@ class _Unfinished:
     score: float = 0.0
     ended: bool = False
 
-    def steps(self, row: int, scores: np.ndarray, asked: Request, count: int) -> list[_Unfinished]:
-        """Return it with each of the likeliest actions that may follow.
+    def likeliest(self, scores: np.ndarray, asked: Request, count: int) -> list[tuple[float, int]]:
+        """Return the score that it has with each of the likeliest actions that may follow, and the action's number.
 
         Args:
-            row: its own among those that were scored.
             scores: (keywords + 2 words,) of the actions that may follow.
             asked: the instruction.
             count: of actions at most.
         """
-        words, steps = len(asked.words), legal_actions(asked.answers)
+        steps = legal_actions(asked.answers)
         legal = next(steps)
         for action in self.actions:
             legal = steps.send(action)
-        shares = _shares(scores, legal, words)
-        found = []
-        for best in np.argsort(-shares)[:count]:
-            if shares[best] > 0.0:
-                action, score = _action(int(best), words), self.score + math.log(shares[best])
-                ended = action == _END
-                found.append(_Unfinished(row, self.actions if ended else (*self.actions, action), score, ended))
-        return found
+        shares = _shares(scores, legal, len(asked.words))
+        best = [int(number) for number in np.argsort(-shares)[:count]]
+        return [(self.score + math.log(shares[number]), number) for number in best if shares[number] > 0.0]
+
+    def after(self, row: int, score: float, action: Action) -> _Unfinished:
+        """Return it with one more action, its own row among those that were scored, and its score then."""
+        ended = action == _END
+        return _Unfinished(row, self.actions if ended else (*self.actions, action), score, ended)
 
 
 class Beam:
@@ -121,13 +121,17 @@ class Beam:
             scores: of the actions that may follow each unfinished goal.
             first: the row of the first of them among all that were scored.
         """
-        steps = [
-            step
+        likely = [
+            (score, number, action)
             for number, (one, row) in enumerate(zip(self.unfinished, scores, strict=True))
-            for step in one.steps(first + number, row, self._asked, self._count)
+            for score, action in one.likeliest(row, self._asked, self._count)
         ]
-        steps.sort(key=lambda step: -step.score)
-        steps = steps[: self._count]
+        likely.sort(key=lambda step: -step[0])
+        words = len(self._asked.words)
+        steps = [
+            self.unfinished[number].after(first + number, score, _action(action, words))
+            for score, number, action in likely[: self._count]
+        ]
         ended = [WrittenGoal(self._asked.words, one.actions, math.exp(one.score)) for one in steps if one.ended]
         self.unfinished = [one for one in steps if not one.ended]
         self.found = sorted([*self.found, *ended], key=lambda goal: -goal.certainty)[: self._count]
@@ -140,7 +144,7 @@ class Beam:
 def _shares(scores: np.ndarray, legal: Legal, words: int) -> np.ndarray:
     """Return the probabilities of the actions among the legal ones, in the order of `GoalDecoder.scores`."""
     allowed = np.zeros(len(scores), dtype=bool)
-    allowed[list(legal.keywords)] = True
+    allowed[: len(KEYWORDS)] = _mask(legal.keywords)
     starts, ends = len(KEYWORDS), len(KEYWORDS) + words
     allowed[starts:ends] = legal.start
     if legal.end_from is not None:
@@ -148,6 +152,14 @@ def _shares(scores: np.ndarray, legal: Legal, words: int) -> np.ndarray:
     scores = np.where(allowed, scores, -np.inf)
     shares = np.exp(scores - scores.max())
     return shares / shares.sum()
+
+
+@cache
+def _mask(keywords: frozenset[int]) -> np.ndarray:
+    """Return which of all keywords (KEYWORDS,) bool some are; there are a few hundred such choices."""
+    mask = np.zeros(len(KEYWORDS), dtype=bool)
+    mask[list(keywords)] = True
+    return mask
 
 
 def _action(number: int, words: int) -> Action:

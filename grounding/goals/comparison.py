@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Any
 
 from grounding.goals.goal import Goal
@@ -72,6 +73,7 @@ def compare_goals(read: Goal, truth: Goal, count: int | None = None) -> GoalComp
     return GoalComparison(exact, dropped, extra, tuple(fills), tuple(wrong))
 
 
+@lru_cache(maxsize=256)
 def one_by_one(goal: Goal, count: int | None = None) -> tuple[Part, ...]:
     """Return the parts in a canonical form, with relations of one object each and, in a scene of `count` objects, all
     objects by index.

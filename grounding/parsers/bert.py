@@ -162,16 +162,32 @@ class EncoderLayer:
         rows = self.after_linear(rows + self.narrow(gelu(self.widen(rows))))
         return rows.reshape(states.shape)
 
+    def at(self, states: np.ndarray, mask: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Compute the next states (B, N, width) of some places (B, N) int alone: what the last layer is asked for."""
+        width = states.shape[-1]
+        rows = np.take_along_axis(states, places[..., None], axis=1).reshape(-1, width)
+        query = Linear(self.attend.weight[:width], self.attend.bias[:width])(rows)
+        others = Linear(self.attend.weight[width:], self.attend.bias[width:])(states.reshape(-1, width))
+        key, value = np.split(others.reshape(*mask.shape, 2 * width), 2, axis=-1)
+        answers = self._answers(query.reshape(*places.shape, width), key, value, mask)
+        rows = self.after_attention(rows + self.join(answers.reshape(-1, width)))
+        rows = self.after_linear(rows + self.narrow(gelu(self.widen(rows))))
+        return rows.reshape(*places.shape, width)
+
     def _attended(self, rows: np.ndarray, mask: np.ndarray) -> np.ndarray:
         """Compute what the attention adds to rows (B T, width)."""
-        width = rows.shape[-1]
-        each = width // self.heads
-        parts = self.attend(rows).reshape(*mask.shape, 3, self.heads, each)
-        query, key, value = parts.transpose(2, 0, 3, 1, 4)  # (B, heads, T, each)
-        scores = (query * np.float32(each**-0.5)) @ key.swapaxes(-1, -2)  # (B, heads, T, T)
+        query, key, value = np.split(self.attend(rows).reshape(*mask.shape, 3 * rows.shape[-1]), 3, axis=-1)
+        return self.join(self._answers(query, key, value, mask).reshape(rows.shape))
+
+    def _answers(self, query: np.ndarray, key: np.ndarray, value: np.ndarray, mask: np.ndarray) -> np.ndarray:
+        """Compute what queries (B, N, width) find in keys and values (B, T, width), head by head."""
+        each = query.shape[-1] // self.heads
+        query, key, value = (
+            part.reshape(*part.shape[:2], self.heads, each).swapaxes(1, 2) for part in (query, key, value)
+        )
+        scores = (query * np.float32(each**-0.5)) @ key.swapaxes(-1, -2)  # (B, heads, N, T)
         np.copyto(scores, np.float32("-inf"), where=~mask[:, None, None, :])
-        answers = softmax(scores, axis=-1) @ value
-        return self.join(answers.transpose(0, 2, 1, 3).reshape(-1, width))
+        return (softmax(scores, axis=-1) @ value).swapaxes(1, 2)  # (B, N, heads, each)
 
 
 def under(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:

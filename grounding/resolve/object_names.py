@@ -124,9 +124,10 @@ def as_named(text: str, names: Sequence[str | None]) -> str:
     """
     runs = _runs(tuple(names))
     words = list(_TEXT_WORD.finditer(text)) if runs else []
+    said = [word.group().lower() for word in words]
     out, end, first = list[str](), 0, 0
     while first < len(words):
-        last, run = _named_run(text, words, first, runs)
+        last, run = _named_run(text, words, said[first : first + _LONGEST_NAME], first, runs)
         if run:
             out += [text[end : words[first].start()], run]
             end = words[last].end()
@@ -134,9 +135,18 @@ def as_named(text: str, names: Sequence[str | None]) -> str:
     return "".join((*out, text[end:]))
 
 
-def _named_run(text: str, words: list[re.Match[str]], first: int, runs: Mapping[str, str]) -> tuple[int, str]:
-    """Return the last of the words from `first` on that are a name, and its other spelling; "" if it is spelled so."""
-    said = [word.group().lower() for word in words[first : first + _LONGEST_NAME]]
+def _named_run(
+    text: str, words: list[re.Match[str]], said: Sequence[str], first: int, runs: Mapping[str, str]
+) -> tuple[int, str]:
+    """Return the last of the words from `first` on that are a name, and its other spelling; "" if it is spelled so.
+
+    Args:
+        text: whose words they are.
+        words: all.
+        said: the few from `first` on, in small letters.
+        first: the place of the first.
+        runs: as `_runs`.
+    """
     if said[0] in FUNCTION_WORDS and said[0] not in KINDS:
         return first, ""  # "a corn cob" is no acorn
     for count in range(1, len(said) + 1):

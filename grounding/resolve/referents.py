@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from grounding.resolve.attributes import ObjectAttributes, SceneObject, scene_objects
@@ -113,11 +113,11 @@ class Referents:
 
     def says(self, index: int, word: str) -> bool:
         """Tell whether the name of an object holds a word: "soup" of a soup can."""
-        return not self._words[index].isdisjoint((singular(word), *HELD.get(singular(word), ())))
+        return not self._words[index].isdisjoint(_in_names(word))
 
     def named(self, word: str) -> bool:
         """Tell whether a word stands in the name of an object here."""
-        return any(self.says(i, word) for i in self.everything())
+        return not all(map(_in_names(word).isdisjoint, self._words))
 
     def compound(self, word: str, noun: str) -> bool:
         """Tell whether the name of an object holds both a word and a noun: "soup can"."""
@@ -191,3 +191,9 @@ class Referents:
         if narrow or (found and 2 * len(found) < self.count):
             return found
         return self.everything()
+
+
+@lru_cache(maxsize=4096)
+def _in_names(word: str) -> frozenset[str]:
+    """Return the words of which one stands in the name of what a word speaks of: itself, and what holds it."""
+    return frozenset((singular(word), *HELD.get(singular(word), ())))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 _TOKEN = re.compile(
     r"(?<=\d)[-–](?=\d)|(?<![\w.,])[-−]\s?(?=\d|\.\d)|\d+(?:[.,]\d+)?e\d+(?!\w)|\d+(?:[.,]\d+)?|\.\d+|[½¼¾]|[^\W\d_]+(?:['’][^\W\d_]+)*|['’]{2}|[\"”“″'’′]"
@@ -47,6 +48,7 @@ class Words:
         return " ".join(self.text[self.spans[first][0] : self.spans[end - 1][1]].split())
 
 
+@lru_cache(maxsize=256)
 def split(text: str) -> Words:
     """Divide a text into words.
 

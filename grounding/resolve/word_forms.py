@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 from grounding.resolve.lexicon import GROUPS, KINDS, MASS_NOUNS, OTHER_WORDS
 
@@ -25,6 +26,7 @@ def plural(noun: str) -> str:
     return noun + ("es" if noun.endswith(("s", "x", "z", "sh", "ch")) else "s")
 
 
+@lru_cache(maxsize=4096)
 def singular(word: str) -> str:
     """Form the probable singular of a plural; a word that looks like no plural is returned as it is."""
     if word in _FORMS:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 
 from grounding.goals.goal import Goal
 from grounding.goals.parts import Part, StructurePart
@@ -47,18 +48,20 @@ def lost_numbers(text: str, goal: Goal, phrases: Sequence[str], before: Goal = G
     return tuple(lost)
 
 
-def _numbers(text: str) -> Iterator[tuple[str, float, bool, str]]:
-    """Yield the numbers of a text: its words, the value, in metres for a length, whether it is one,
+@lru_cache(maxsize=256)
+def _numbers(text: str) -> tuple[tuple[str, float, bool, str], ...]:
+    """Return the numbers of a text: its words, the value, in metres for a length, whether it is one,
     and the word before it.
     """
-    said, place = split(text), 0
+    said, place, found = split(text), 0, list[tuple[str, float, bool, str]]()
     while place < len(said.words):
         length = length_at(said, place) if said.word(place) not in ("a", "an", "another") else None
         count = count_at(said, place)
         value, end = length or count or (0.0, place + 1)
         if (length or count) and not (length is None and said.word(place) in _PRONOUNS):
-            yield said.quote(place, end), abs(float(value)), length is not None, said.word(place - 1)
+            found.append((said.quote(place, end), abs(float(value)), length is not None, said.word(place - 1)))
         place = end
+    return tuple(found)
 
 
 def _is_length(value: float, lengths: Iterable[float]) -> bool:

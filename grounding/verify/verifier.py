@@ -119,15 +119,19 @@ class Verifier:
         said = self._encoder.word_states([list(pair.words) for pair in pairs], ENCODER_LAYER)
         with one_thread():
             states = said.hidden
-            for layer in self._upper:
+            for layer in self._upper[:-1]:
                 states = layer(states, said.pieces)
-            shared = gelu(self._shared(states.reshape(-1, states.shape[-1]))).reshape(*states.shape[:2], -1)
-            right = self._right(shared[:, 0])[:, 0]
-            found = []
+            # Only the beginning and the words of what was said are asked for.
+            places = np.zeros((len(pairs), 1 + max(pair.end - pair.first for pair in pairs)), dtype=int)
             for number, pair in enumerate(pairs):
-                places = said.first[number, pair.first : pair.end]
-                found.append(Judgement(float(right[number]), _sigmoid(self._lost(shared[number, places])[:, 0])))
-        return found
+                places[number, 1 : 1 + pair.end - pair.first] = said.first[number, pair.first : pair.end]
+            states = self._upper[-1].at(states, said.pieces, places)
+            shared = gelu(self._shared(states.reshape(-1, states.shape[-1]))).reshape(*places.shape, -1)
+            right = self._right(shared[:, 0])[:, 0]
+            return [
+                Judgement(float(one), _sigmoid(self._lost(own[1 : 1 + pair.end - pair.first])[:, 0]))
+                for one, own, pair in zip(right, shared, pairs, strict=True)
+            ]
 
     def _linear(self, name: str) -> Linear:
         return Linear(self.state[f"{name}.weight"], self.state[f"{name}.bias"])

@@ -112,7 +112,8 @@ def _single_part(vertices: np.ndarray, faces: np.ndarray, max_parts: int) -> np.
     """Return the hull (V, 3) of a surface that is almost convex, such as that of a can; `None` for others."""
     hull = ConvexHull(vertices)
     corners = vertices[faces[:: max(1, len(faces) // 2000)].astype(np.int64)]  # 2000 faces are enough
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    areas = np.linalg.norm(np.cross(first, second), axis=1)
     depths = -signed_distance(corners.mean(axis=1), (vertices[hull.vertices],))
     if max_parts > 1 and areas[depths > _CONVEX_WITHIN].sum() > 0.05 * areas.sum():
         return None

@@ -15,9 +15,9 @@ from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.layouts import lay_out, nearest_to_fitting
 from structdiffusion.observation import Arrangement, Scene, StructureGoal, Table
 from structdiffusion.postprocessing.anchoring import anchor, those_as_asked
+from structdiffusion.postprocessing.estimated_checks import checks_scores
 from structdiffusion.postprocessing.physics_reranking import rerank_by_physics
 from structdiffusion.postprocessing.physics_rollout import PhysicsRollout
-from structdiffusion.postprocessing.ranking import checks_scores
 from structdiffusion.postprocessing.settling import settle_each
 from structdiffusion.structures.structure import LayoutError
 

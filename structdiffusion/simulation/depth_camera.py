@@ -83,9 +83,14 @@ class DepthCamera:
         """Return the world points (H, W, 3) of a depth picture (H, W); NaN where the depth is NaN."""
         columns = (np.arange(self.width) + 0.5 - self.width / 2) / self.focal
         rows = (np.arange(self.height) + 0.5 - self.height / 2) / self.focal
-        camera = np.stack((columns[None, :] * depth, rows[:, None] * depth, depth), axis=-1)
+        points = np.empty((*depth.shape, 3))
+        np.multiply(columns, depth, out=points[..., 0])
+        np.multiply(rows[:, None], depth, out=points[..., 1])
+        points[..., 2] = depth
         pose = self.world_from_camera
-        return camera @ pose[:3, :3].T + pose[:3, 3]
+        found = points.reshape(-1, 3) @ pose[:3, :3].T  # all at once: row by row it takes three times as long
+        found += pose[:3, 3]
+        return found.reshape(points.shape)
 
     @property
     def intrinsics(self) -> np.ndarray:

@@ -18,7 +18,7 @@ from structdiffusion.evaluation_protocol import (
     MAX_CLUSTER_HULL_RATIO,
     MIN_CLUSTER_OBJECTS,
 )
-from structdiffusion.footprints import clear_gap, separation_along, tightest_scale, turned
+from structdiffusion.footprints import clear_gap, separations_along, tightest_scale, turned
 from structdiffusion.observation import Table
 from structdiffusion.structures.bodies import LayoutItem, PlacedBody
 from structdiffusion.structures.checks import Check, count_check, on_table_check, position_checks, size_checks
@@ -121,7 +121,7 @@ def _drawn_together(outlines: Sequence[np.ndarray], points: np.ndarray) -> np.nd
         centre = places[placed].mean(axis=0)
         way = points[index] - centre
         direction = way / max(float(np.linalg.norm(way)), 1e-9)
-        places[index] = _pushed(outlines, places, placed, index, centre, direction)
+        places[index] = _pushed(outlines, places, placed, index, centre, direction[None])[0]
         placed.append(index)
     return places
 
@@ -138,11 +138,11 @@ def _packed(outlines: Sequence[np.ndarray], rng: np.random.Generator) -> np.ndar
     for index in others:
         there = np.concatenate([outlines[k] + places[k] for k in placed])
         centre = places[placed].mean(axis=0)
-        options = [_pushed(outlines, places, placed, index, centre, direction) for direction in directions]
-        areas_with = [
-            shapely.MultiPoint(np.concatenate((there, outlines[index] + at))).convex_hull.area for at in options
-        ]
-        places[index] = options[int(np.argmin(areas_with))]
+        options = _pushed(outlines, places, placed, index, centre, directions)
+        moved = outlines[index] + options[:, None]
+        together = np.concatenate((np.broadcast_to(there, (len(moved), *there.shape)), moved), axis=1)
+        hulls = shapely.convex_hull(shapely.linestrings(together))  # lines are made faster than sets of points
+        places[index] = options[int(np.argmin(shapely.area(hulls)))]
         placed.append(index)
     return places
 
@@ -153,15 +153,15 @@ def _pushed(
     placed: Sequence[int],
     index: int,
     centre: np.ndarray,
-    direction: np.ndarray,
+    directions: np.ndarray,
 ) -> np.ndarray:
-    """Return where (2,) an outline comes to rest that is pushed toward a centre against a direction."""
-    distance = 0.0
+    """Return where (D, 2) an outline comes to rest that is pushed toward a centre against each direction (D, 2)."""
+    distances = np.zeros(len(directions))
     for other in placed:
         # The ray starts at the centre: the other outline is moved to where it lies as seen from there.
         at = outlines[other] + places[other] - centre
-        distance = max(distance, separation_along(at, outlines[index], direction, CLEARANCE))
-    return centre + distance * direction
+        distances = np.maximum(distances, separations_along(at, outlines[index], directions, CLEARANCE))
+    return centre + distances[:, None] * directions
 
 
 def _joining_gap(outlines: Sequence[np.ndarray], offsets: np.ndarray) -> float:

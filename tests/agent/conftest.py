@@ -16,8 +16,10 @@ from agent.event_base import Event
 from agent.scenes.object_placement import load_scene
 from agent.scenes.table_scene import TableScene
 from agent.scenes.validation import StandingObject
+from grounding.goal_network.writer import NetworkWriter
 from grounding.parsers.sentence_encoder import SentenceEncoder
 from grounding.spec import StructureSpec
+from grounding.verify.verifier import Verifier
 from structdiffusion import parallel
 from structdiffusion.completion.methods import BEST, CompletedShape, complete
 from structdiffusion.geometry import pose_from_xyz_yaw
@@ -78,7 +80,8 @@ def _once_per_cloud() -> Callable[..., CompletedShape]:
 @pytest.fixture(scope="session", autouse=True)
 def computed_once() -> Iterator[None]:
     """Compute once for all tests of the agent what is the same for all: commands, the objects of libraries, the tests'
-    own scene files, what the sentence encoder reads of its files, and the hidden sides of what the camera sees.
+    own scene files, what the sentence encoder reads of its files, the networks of language over it, and the hidden
+    sides of what the camera sees.
 
     In a process of one command each is computed once at most, and each has tests of its own elsewhere.
     """
@@ -92,9 +95,11 @@ def computed_once() -> Iterator[None]:
         return scenes[path]
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("checksum", "whole_words"):
+        for name in ("checksum", "whole_words", "_tokenizer"):
             patch.setattr(SentenceEncoder, name, property(_once_per_file(getattr(SentenceEncoder, name).func)))
         patch.setattr(SentenceEncoder, "_load", _once_per_file(SentenceEncoder._load))
+        for network in (NetworkWriter, Verifier):
+            patch.setattr(network, "from_pretrained", _once_per_file(network.from_pretrained))
         patch.setattr("typer.main.get_command", functools.cache(typer.main.get_command))
         patch.setattr("structdiffusion.objects.procedural.procedural_object", functools.cache(procedural_object))
         patch.setitem(LIBRARIES, "ycb", lambda ycb=functools.cache(LIBRARIES["ycb"]): list(ycb()))

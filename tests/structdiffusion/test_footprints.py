@@ -11,6 +11,7 @@ from structdiffusion.footprints import (
     outline_centroid,
     overlap_depths,
     separation_along,
+    separations_along,
     tightest_ring_radius,
     turned,
 )
@@ -113,6 +114,14 @@ def test_separation_leaves_just_the_clearance():
         direction = np.array([math.cos(angle), math.sin(angle)])
         distance = separation_along(a, b, direction)
         assert clear_gap(a, b + distance * direction) == pytest.approx(CLEARANCE, abs=1e-4)
+
+
+def test_separations_along_many_directions_are_those_along_each():
+    a, b = turned(rectangle(0.2, 0.04), 0.3), circle_outline(0.05)
+    angles = np.linspace(0, 2 * math.pi, 17)
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
+    each = [separation_along(a, b, direction, 0.02) for direction in directions]
+    np.testing.assert_array_equal(separations_along(a, b, directions, 0.02), each)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -91,7 +91,8 @@ class Terminal:
         return PROMPT.fullmatch(self._line()) is not None
 
     def _line(self) -> str:
-        return self._screen.display[self._screen.cursor.y].rstrip()
+        row = self._screen.buffer[self._screen.cursor.y]
+        return "".join(row[column].data for column in range(self._screen.columns)).rstrip()
 
     def until_prompt(self) -> list[str]:
         """Reads until the next prompt waits; everything that was shown."""

@@ -56,6 +56,17 @@ def test_padding_changes_nothing(batch):
     np.testing.assert_allclose(layer(states, mask)[1, :4], alone[0], atol=1e-5)
 
 
+def test_some_places_alone_come_to_the_same(batch):
+    states, mask = batch
+    torch.manual_seed(2)
+    layer = EncoderLayer.of(
+        {name: tensor.numpy() for name, tensor in encoder_layer(WIDTH, HEADS, INNER).state_dict().items()}, HEADS
+    )
+    places = np.array([[0, 8, 3], [2, 0, 2], [0, 0, 0]])
+    whole = layer(states, mask)
+    np.testing.assert_allclose(layer.at(states, mask, places), whole[np.arange(3)[:, None], places], atol=1e-5)
+
+
 def test_the_trained_reader_is_the_network_that_was_trained(parser, batch):
     states, mask = batch
     network = SlotNetwork.of(parser.reader).eval()
