@@ -186,13 +186,16 @@ def _verifier_answer(network: Network) -> str:
     verifier, goal = _loaded_verifier(network), Goal((StructurePart("circle", "small", "left"),))
     pair = pair_of(_SENTENCE, goal, ())
     (judged,) = verifier.judge([pair])
-    try:
-        probability = decide([Candidate(Proposal(goal, 0.5), judged.logit)], (), verifier.weights).probability
-    except ValueError as error:
-        raise _Wrong(
-            f"{network.folder / CONFIG} has {len(verifier.weights)} weights of the probability: {error}"
-        ) from error
-    _sound(torch.tensor([judged.logit, probability]), (2,))
+    probabilities = []
+    for kind, weights in verifier.weights.items():
+        try:
+            decision = decide([Candidate(Proposal(goal, 0.5), judged.logit)], (), weights)
+        except ValueError as error:
+            raise _Wrong(
+                f"{network.folder / CONFIG} has {len(weights)} weights of the probability of {kind!r}: {error}"
+            ) from error
+        probabilities.append(decision.probability)
+    _sound(torch.tensor([judged.logit, *probabilities]), (3,))
     return _sound(torch.from_numpy(judged.lost), (pair.end - pair.first,))
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -106,7 +106,7 @@ class Verifier:
         Raises:
             GoalNetworkError: for files that are missing, or that do not fit this version or the encoder.
         """
-        return load_network("verifier", folder, encoder, lambda config, state: cls(encoder, state, config["weights"]))
+        return load_network("verifier", folder, encoder, lambda config, state: cls(encoder, state, _weights(config)))
 
     def weights_of(self, before: Goal) -> Sequence[float]:
         """Return the weights for what is said about a goal; one without parts is that before an instruction."""
@@ -135,6 +135,14 @@ class Verifier:
 
     def _linear(self, name: str) -> Linear:
         return Linear(self.state[f"{name}.weight"], self.state[f"{name}.bias"])
+
+
+def _weights(config: Mapping[str, Any]) -> Mapping[str, Sequence[float]]:
+    """Return the weights of the probability of a config; none before they are fitted."""
+    weights = config["weights"]
+    if not isinstance(weights, Mapping) or (weights and set(weights) != {INSTRUCTION, FOLLOW_UP}):
+        raise ValueError(f"'weights' in config.json must be an object with {INSTRUCTION!r} and {FOLLOW_UP!r}")
+    return weights
 
 
 def _sigmoid(values: np.ndarray) -> np.ndarray:

@@ -141,7 +141,7 @@ def test_words_that_may_be_lost_are_told():
         ("put the hammer on the plate", TABLE, "nothing here is 'the hammer'"),
         ("put a cup left of the plate", TABLE, "is this meant: red cup left of plate?"),
         ("stack two cups", ("can", "cup", "cup 2", "cup 3"), "is this meant: tower of cup, cup 2?"),
-        ("wash two cups", ("can", "cup", "cup 2", "cup 3"), "'wash' in 'wash two cups' cannot be built"),
+        ("wash two cups", ("can", "cup", "cup 2", "cup 3"), "'wash two cups' does not ask for an arrangement"),
         ("hang the mug on the wall", TABLE, "does not ask for an arrangement"),
         ("stack the balls", ("ball", "ball", "cup"), "nothing can stand on a ball"),
         ("put the cup on the ball", ("ball", "ball 2", "cup"), "ball"),

@@ -90,6 +90,7 @@ def test_the_arithmetic_is_that_of_training(encoder, verifier):
     [
         ("encoder_sha256", "0", "was trained with another sentence encoder"),
         ("difference_to", {"network": "embedding", "sha256": "0"}, "is another than the one that was trained further"),
+        ("weights", [1.0, 2.0], "must be an object with 'instruction' and 'follow_up'"),
     ],
 )
 def test_weights_that_do_not_fit_are_named(encoder, tmp_path, key, value, said):
