@@ -141,8 +141,8 @@ def test_what_changes_nothing_is_said_in_one_build(conversation, sent, monkeypat
 
 
 def test_an_ambiguous_line_opens_a_question_that_is_answered_meanwhile(build, conversation, sent):
-    done, _ = build(LINE, "@0+ further apart", "@1+ yes")
-    assert done and str(conversation.situation.goal) == "line of 0, 1, 2, large, right"
+    done, _ = build(LINE, "@0+ the other way", "@1+ yes")
+    assert done and str(conversation.situation.goal) == "line of 0, 1, 2, left"
     assert interjected(sent) == [("asked", 0), ("changed", 1)]
     assert any(isinstance(event, events.Asked) for event in sent)
 

@@ -72,7 +72,7 @@ def test_a_result_shows_its_goal_its_end_and_its_checks(result):
 
 
 def test_a_question_is_one_line():
-    asked = structagent.parse("put the cup there", ["cup", "bowl", "mug"])
+    asked = structagent.parse("put the cup there", ["cup", "cup", "bowl", "mug"])
     assert repr(asked).startswith("ParsedInstruction('put the cup there': ask; ") and "\n" not in repr(asked)
     read = structagent.parse("line up the cups", ["cup", "cup"])
     assert repr(read) == "ParsedInstruction('line up the cups': ok; line of 0, 1)"
