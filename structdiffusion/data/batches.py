@@ -19,6 +19,7 @@ from structdiffusion.rotations import yaw_matrices
 from structdiffusion.simulation.partial_views import partial_views
 from structdiffusion.structures import STRUCTURES
 from structdiffusion.structures.structure import a_structure
+from structdiffusion.tableware import noun_ids
 from structdiffusion.word_tokens import FIRST_VOCABULARY, WORDS
 
 # Probabilities of keeping all slots, the shape, and each other slot.
@@ -200,7 +201,7 @@ class DemonstrationBatches:
 
     def noun_ids(self, ids: Tensor, nouns: tuple[str, ...], generator: torch.Generator) -> Tensor:
         """Return noun ids (B, N) of objects (B, N), some replaced by "unknown", as in real scenes without nouns."""
-        table = torch.tensor([nouns.index(c) + 1 if c in nouns else 0 for c in self.categories], device=self.device)
+        table = torch.tensor(noun_ids(self.categories, nouns), device=self.device)
         forget = torch.rand(ids.shape, generator=generator, device=self.device) < _FORGET_NOUN
         forget |= torch.rand(len(ids), 1, generator=generator, device=self.device) < _FORGET_NOUNS
         return table[ids] * ~forget

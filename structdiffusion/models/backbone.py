@@ -25,7 +25,7 @@ from structdiffusion.models.encoders import (
     outline_features,
 )
 from structdiffusion.rotations import rotation_from_6d, rotation_to_6d
-from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.tableware import NOUNS, noun_ids
 from structdiffusion.word_tokens import VOCABULARY, WORD_TOKENS
 
 POSE = 9  # 3 + 6 numbers a pose
@@ -56,7 +56,7 @@ class BackboneConfig:
     points: int = 128
     point_width: int = 48
     max_objects: int = 12
-    nouns: tuple[str, ...] = BASES + CUTLERY + DRINKWARE
+    nouns: tuple[str, ...] = NOUNS
     frame_center: tuple[float, float, float] = (0.45, 0.0, 0.0)
     frame_scale: tuple[float, float, float] = (0.09, 0.19, 0.05)
     object_center: tuple[float, float, float] = (-0.015, 0.0, 0.06)
@@ -133,7 +133,7 @@ class PoseBackbone(Checkpointed):
 
     def noun_ids(self, categories: Sequence[str]) -> list[int]:
         """Return the noun id of each category; 0 for a category that the network does not know."""
-        return [self.config.nouns.index(c) + 1 if c in self.config.nouns else 0 for c in categories]
+        return noun_ids(categories, self.config.nouns)
 
     def condition(
         self,

@@ -16,6 +16,17 @@ class SceneDiscriminator(Checkpointed):
     score.
     """
 
+    def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
+        """Return logits (B,) of the scenes.
+
+        Args:
+            clouds: (B, N, P, 3) points at their goals, world frame, metres.
+            present: (B, N) bool, at least one per row, absent objects last.
+            nouns: (B, N) noun ids.
+            words: (B, 5) word ids.
+        """
+        raise NotImplementedError
+
     @classmethod
     def fake_input(cls, batch: int, objects: int, generator: torch.Generator) -> dict[str, Tensor]:
         """Return random scenes as `forward` takes them (see `encoders.fake_scenes`); `clouds` are at their goals."""

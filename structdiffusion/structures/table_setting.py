@@ -25,7 +25,7 @@ from structdiffusion.structures.bodies import LayoutItem, ObjectTraits, PlacedBo
 from structdiffusion.structures.checks import Check, heading_check, position_checks
 from structdiffusion.structures.keys import NO_KEYS, StructureKeys
 from structdiffusion.structures.structure import Draft, LayoutError, Structure, Traits
-from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE, NOUNS
 
 _LONGEST = 0.15  # m from the middle of an object to its end: longer cutlery is for serving
 _STEP = 0.005  # m by which an object is pushed on until it clears what is there
@@ -41,7 +41,7 @@ class TableSetting(Structure):
     least = MIN_SETTING_OBJECTS
     usual_counts = (3, 6)
     exact_count = False  # no more than two of a kind have a place
-    nouns = BASES + CUTLERY + DRINKWARE
+    nouns = NOUNS
     requirement = f"by their nouns: {', '.join(nouns)}"
     demonstration_share = 0.25
     crowded_share = 0.2

@@ -14,13 +14,12 @@ from structdiffusion.models.encoders import outline_features
 from structdiffusion.models.outcome.model import OutcomeDiscriminator, gaps
 from structdiffusion.rotations import yaw_matrices
 from structdiffusion.simulation.partial_views import partial_views
-from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.tableware import noun_ids
 
 VIEWS = 2  # of each scene: what the camera sees of it depends on noise alone
 SAMPLES = 12  # of a scene in a step
 UNNAMED, NAMELESS = 0.15, 0.3  # shares of the objects, and of the arrangements, whose nouns are not known
 _POINTS = 256
-_NOUNS = {noun: number for number, noun in enumerate((*BASES, *CUTLERY, *DRINKWARE), start=1)}
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ def judged_scenes(folder: Path) -> Iterator[JudgedScene]:
         raise FileNotFoundError(f"{folder} has no judged_*.npz; `structagent generate --proposals` makes them")
     library = read_arrays(folder / "library.npz", "points", "normals", "categories")
     surface = torch.from_numpy(library["points"]).float(), torch.from_numpy(library["normals"]).float()
-    nouns = torch.tensor([_NOUNS.get(str(category), 0) for category in library["categories"]])
+    nouns = torch.tensor(noun_ids(library["categories"].tolist()))
     generator = torch.Generator().manual_seed(0)
     for shard in shards:
         columns = {name: torch.from_numpy(array) for name, array in read_arrays(shard).items()}

@@ -91,14 +91,7 @@ class OutcomeDiscriminator(SceneDiscriminator):
         self.head = nn.Sequential(nn.LayerNorm(width), nn.Linear(width, 1))
 
     def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
-        """Return logits (B,) of the scenes.
-
-        Args:
-            clouds: (B, N, P, 3) points at their goals, world frame, metres.
-            present: (B, N) bool, at least one per row, absent objects last.
-            nouns: (B, N) noun ids.
-            words: (B, 5) word ids.
-        """
+        """Return logits (B,) of the scenes; see `SceneDiscriminator.forward`."""
         return self.judged(outline_features(clouds), gaps(clouds), present, nouns, words)
 
     def judged(self, outlines: Tensor, near: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:

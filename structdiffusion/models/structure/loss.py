@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from grounding.spec import LEGAL_VALUES, SLOTS
 from structdiffusion.data.batches import Batch, DemonstrationBatches
 from structdiffusion.models.structure.model import LOCAL_SLOTS, StructureDiscriminator
-from structdiffusion.tableware import BASES, CUTLERY, DRINKWARE
+from structdiffusion.tableware import NOUNS
 from structdiffusion.word_tokens import FIRST_VOCABULARY, WORDS
 
 
@@ -103,7 +103,7 @@ def draw_examples(
     order = (~batch.present).long().argsort(dim=1, stable=True)
     rows = torch.arange(scenes, device=goal.device)[:, None]
     goal, present, ids = goal[rows, order], batch.present[rows, order], batch.object_ids[rows, order]
-    nouns = data.noun_ids(ids, BASES + CUTLERY + DRINKWARE, generator)
+    nouns = data.noun_ids(ids, NOUNS, generator)
     wrong = perturbed(goal, present, generator)
     words_wrong = other_words(batch.words, generator, vocabulary)
     third = scenes // 3

@@ -60,14 +60,7 @@ class StructureDiscriminator(SceneDiscriminator):
         )
 
     def forward(self, clouds: Tensor, present: Tensor, nouns: Tensor, words: Tensor) -> Tensor:
-        """Return logits (B,) of the scenes.
-
-        Args:
-            clouds: (B, N, P, 3) points at their goals, world frame, metres.
-            present: (B, N) bool, at least one per row, absent objects last.
-            nouns: (B, N) noun ids.
-            words: (B, 5) word ids.
-        """
+        """Return logits (B,) of the scenes; see `SceneDiscriminator.forward`."""
         batch, count, points, _ = clouds.shape
         total = present.sum(dim=1, keepdim=True)  # (B, 1)
         number = torch.arange(self.config.points, device=clouds.device)
