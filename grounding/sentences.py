@@ -49,7 +49,8 @@ def goal_question(text: str, decision: Decision, names: Sequence[str] | None) ->
         why = f"{shortened(text)!r} does not say clearly which objects or which place it means"
     else:
         why = f"it is not clear what {shortened(text)!r} means"
-    notes = decision.chosen.proposal.notes if decision.chosen is not None and len(options) == 1 else ()
+    chosen = Proposal() if decision.chosen is None else decision.chosen.proposal
+    notes = chosen.notes if len(options) == 1 else chosen.worded.unheld if chosen.worded is not None else ()
     why += f" ({'; '.join(notes)})" if notes else ""
     which = "is this meant" if len(options) == 1 else "which of these is meant"
     return Question(GOAL, f"{why}: {which}: {'; or: '.join(options)}?", options)

@@ -261,6 +261,12 @@ def figures_read_otherwise(text: str) -> list[tuple[int, int, str]]:
     return [(*one.span(1), _of_shapes()[_bare(one[1])]) for one in _pattern(nouns).finditer(text)]
 
 
+def shapes_without_size(text: str) -> list[tuple[int, int, str]]:
+    """Find the nouns of shapes that have no size, "a tower": their characters, and the shape."""
+    nouns = tuple(noun for noun, shape in _of_shapes().items() if "size" not in STRUCTURES[shape].slots)
+    return [(*one.span(1), _of_shapes()[_bare(one[1])]) for one in _pattern(nouns).finditer(text)]
+
+
 def shapes_named(text: str) -> set[str]:
     """Return the shapes, figures aside, that a text names by a noun or by a verb."""
     nouns = {_of_shapes()[_bare(found[1])] for found in _pattern(tuple(_of_shapes())).finditer(text)}

@@ -73,7 +73,8 @@ class NetworkProposer:
         if not figures or (
             sum(one.certainty for one in plain if one.parts) > 0.5 and _is_said(plain[0], text, figures)
         ):
-            return plain  # also "a castle? No, a tower", "you are a star, put the cups in a ring"
+            # also "a castle? No, a tower", "you are a star, put the cups in a ring"
+            return _qualified(plain, text, objects)
         try:
             _ = [words_of(one.name) for one in figures]
         except FigureError as error:

@@ -48,7 +48,7 @@ class WordedGoal:
         held = {word.lower() for phrase in self.phrases for word in phrase.split()}
         there = [one for one in self.qualified if one.shape in shapes]
         left = [(one, [word for word in one.words if word.lower() not in held]) for one in there]
-        sized = [one for one in there if one.size and "size" not in words_of(one.shape).slots]
+        sized = [one for one in there if one.size not in ("", *held) and "size" not in words_of(one.shape).slots]
         return tuple(
             f"{one.size!r} is ignored, because a {one.shape} has no size: more or larger objects make it larger"
             for one in sized

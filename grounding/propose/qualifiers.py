@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from grounding.propose.figure_mentions import HARMLESS, WORDS, Mention, figures_read_otherwise, names_in
+from grounding.propose.figure_mentions import HARMLESS, WORDS, Mention, figures_read_otherwise, names_in, shapes_without_size, shapes_without_size
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.function_words import DETERMINERS, FUNCTION_WORDS
 from grounding.resolve.word_forms import singular
@@ -39,7 +39,7 @@ class Qualified:
 def qualified(text: str, objects: Sequence[SceneObject] | None, mentions: Sequence[Mention]) -> tuple[Qualified, ...]:
     """Find what qualifies the names of figures, also of those that are read as another shape: "a Gothic arch".
 
-    What stands for a name, such as "the same", has a size alone.
+    What stands for a name, such as "the same", has a size alone, and so has a shape that is no figure: "a large tower".
 
     Args:
         text: any string.
@@ -49,13 +49,15 @@ def qualified(text: str, objects: Sequence[SceneObject] | None, mentions: Sequen
     things = set(map(str.lower, names_in(objects)))
     read = {(first, end): shape for first, end, shape in figures_read_otherwise(text)}
     read |= {(one.first, one.end): one.name for one in mentions}
-    leads = {(one.first, one.end) for one in mentions if one.lead}
+    bare = {(one.first, one.end) for one in mentions if one.lead}
+    bare |= {(first, end) for first, end, _ in shapes_without_size(text) if (first, end) not in read}
+    read |= {(first, end): shape for first, end, shape in shapes_without_size(text) if (first, end) not in read}
     after, found = _BUT_SIZE.search(text), list[Qualified]()
     for (first, end), shape in sorted(read.items()):
         words, size = _before(text[:first], things)
         found.append(
             Qualified(
-                () if (first, end) in leads else words, text[first:end], shape, size or (after[1] if after else "")
+                () if (first, end) in bare else words, text[first:end], shape, size or (after[1] if after else "")
             )
         )
     return tuple(one for one in found if one.words or one.size)

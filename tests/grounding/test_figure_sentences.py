@@ -8,6 +8,7 @@ import pytest
 
 from grounding.figures.files import write_figure
 from grounding.figures.names import VARIABLE, figure_named
+from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goals.comparison import compare_goals
 from grounding.goals.goal import Goal
 from grounding.goals.parts import PartReference, RelationPart, StructurePart
@@ -102,6 +103,27 @@ def test_a_size_that_the_figure_before_cannot_have_is_named(interpreter, monkeyp
     before = Goal((StructurePart("gate", objects=(0, 1, 2)),))
     found = interpreter.interpret("a gate, but large", [f"block {k + 1}" for k in range(11)], before)
     assert found.status != "ok" and "'large' is ignored, because a gate has no size" in found.message
+
+
+@pytest.mark.parametrize(
+    ("text", "size", "shape"),
+    [
+        ("make a small tower of all objects", "small", "tower"),
+        ("stack everything into a large tower", "large", "tower"),
+        ("make a tower of the cups but small", "small", "tower"), ("a huge pyramid of cups", "huge", "pyramid"),
+        ("a big dinner setting please", "big", "table setting"),
+        ("a tall tower of the cups", "", ""), ("put the cups in a large circle and the cans in a tower", "", ""),
+    ],
+)  # fmt: skip
+def test_a_size_that_a_shape_cannot_have_is_named(interpreter, text, size, shape):
+    found = interpreter.interpret(text, ["can", "can 2", "cup", "cup 2", "cup 3"])
+    assert (f"{size!r} is ignored, because a {shape} has no size" if size else "") in found.message
+    assert size or "ignored" not in found.message
+
+
+def test_an_object_may_have_the_size_that_a_shape_cannot_have(interpreter):
+    found = interpreter.interpret("a tower of the small blocks", goal_scenes()["blocks"][:4])
+    assert "has no size" not in found.message
 
 
 def test_a_figure_that_was_taught_has_its_name_to_itself(interpreter, monkeypatch, tmp_path):
