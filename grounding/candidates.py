@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import groupby
 
@@ -14,7 +14,11 @@ from grounding.parse_result import Parse
 from grounding.propose.proposal import Proposal
 from grounding.propose.stand_ins import StandIns
 from grounding.resolve.attributes import SceneObject
+from grounding.resolve.tokens import words_of
 from grounding.spec import FIRST_SHAPES, SpecError, StructureSpec
+from grounding.verify.named_objects import NamedObjects, unused
+from grounding.verify.said_numbers import lost_numbers
+from grounding.verify.unknown_words import unknown_words
 from grounding.verify.verifier import Judgement, Pair, Verifier, pair_of
 
 
@@ -50,6 +54,30 @@ def judged(
         )
         for one, pair, found in zip(ones, pairs, verifier.judge(pairs), strict=True)
     ]
+
+
+def checked(
+    one: Candidate, text: str, before: Goal, named: Sequence[NamedObjects], known_words: Collection[str]
+) -> Candidate:
+    """Return a candidate with what its goal does not hold of the text: words that nobody knows, numbers, objects.
+
+    Args:
+        one: that was judged.
+        text: what was said, in the words of the taught shapes.
+        before: the goal so far.
+        named: the objects that its noun phrases mean for certain.
+        known_words: of the encoder.
+    """
+    goal, worded = one.proposal.goal, one.proposal.worded
+    assert goal is not None  # no other is judged
+    phrases, kept = ((), ()) if worded is None else (worded.phrases, worded.kept)
+    copied = {word for phrase in phrases for word in words_of(phrase)}
+    return replace(
+        one,
+        unknown=unknown_words(text, copied, known_words),
+        numbers=lost_numbers(text, goal, phrases, before),
+        unused=unused(named, goal, before, kept),
+    )
 
 
 def _pair(text: str, one: Proposal, objects: Sequence[SceneObject], before: Goal) -> Pair:

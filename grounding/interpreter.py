@@ -12,13 +12,14 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING, Protocol
 
-from grounding.candidates import added_up, judged
+from grounding.candidates import added_up, checked, judged
 from grounding.decide import Candidate, decide
 from grounding.figures.drawings import drawings_among
 from grounding.foreign_languages import foreign_language
 from grounding.goals.goal import Goal
 from grounding.instruction_files import looks_like_json
 from grounding.interpretation import Interpretation, Objects
+from grounding.language_model.first_model import Context, FirstModel
 from grounding.language_model.goal_message import OpenQuestion, Turn
 from grounding.language_model.goal_reply import new_drawings
 from grounding.parse_result import Parse, Parser, Slots, parse_of, shortened, unreadable
@@ -33,12 +34,9 @@ from grounding.resolve.attributes import SceneObject, scene_objects
 from grounding.resolve.numbered_names import numbered_apart
 from grounding.resolve.object_names import as_named
 from grounding.resolve.referents import Referents
-from grounding.resolve.tokens import words_of
 from grounding.structure_words import is_shape
 from grounding.verdicts import Verdicts
-from grounding.verify.named_objects import NamedObjects, named_objects, unused
-from grounding.verify.said_numbers import lost_numbers
-from grounding.verify.unknown_words import unknown_words
+from grounding.verify.named_objects import named_objects
 from grounding.verify.verifier import Verifier
 from grounding.viewpoint import VIEWPOINTS, ViewpointError, spoken_across
 
@@ -60,23 +58,6 @@ class Proposes(Protocol):
 
     def ahead(self, asked: Iterable[tuple[str, Sequence[SceneObject] | None, Goal]]) -> None:
         """Do at once what `propose` will do for many texts; see `NetworkProposer.ahead`."""
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What a language model is told beside a text.
-
-    Attributes:
-        before: the goal so far, in the speaker's frame.
-        question: that is open.
-        turns: of the conversation, the oldest first.
-        drawn: noun -> shape of what it drew, and was accepted or shown, before.
-    """
-
-    before: Goal = Goal()
-    question: OpenQuestion | None = None
-    turns: tuple[Turn, ...] = ()
-    drawn: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -148,8 +129,7 @@ class Interpreter:
         self.viewpoint = viewpoint
         self._make_parser, self._make_verifier = parser, verifier
         self.encoder, self._proposer = encoder, proposer
-        self._make_model, self._instead = model, instead
-        self._unusable = ""  # why the language model is asked no more
+        self._model = FirstModel(model, instead)
 
     @cached_property
     def parser(self) -> Parser:
@@ -158,29 +138,12 @@ class Interpreter:
         Raises:
             LLMError: for a language model that cannot be used, where nothing reads instead.
         """
-        from grounding.parsers.llm_reply import LLMError
-
-        try:
-            return self._make_parser()
-        except LLMError as error:
-            if self._instead is None:
-                raise
-            self._unusable = _without(error)
-            return self._instead()
+        return self._model.parser(self._make_parser)
 
     @cached_property
     def verifier(self) -> Verifier:
         """Return the verifier."""
         return self._make_verifier()
-
-    @cached_property
-    def _model(self) -> GoalModel | None:
-        return None if self._make_model is None else self._make_model()
-
-    @property
-    def _by_model(self) -> bool:
-        """Return whether a language model is asked first, which can be used as far as is known."""
-        return self._make_model is not None and not self._unusable
 
     @property
     def name(self) -> str:
@@ -211,12 +174,12 @@ class Interpreter:
             LLMError: for a language model that cannot be used, where nothing reads instead.
         """
         shapes = (*drawn, *(part.shape for part in before.structures))
-        context = Asked(self._as_spoken(before), question, tuple(turns), drawings_among(shapes))
+        context = Context(self._as_spoken(before), question, tuple(turns), drawings_among(shapes))
         return self._interpreted([text], scene_objects(objects), context)[0]
 
     def interpret_many(self, texts: Sequence[str], objects: Objects | None = None) -> list[Interpretation]:
         """Interpret many instructions about the same objects, faster than one by one; see `interpret`."""
-        return self._interpreted(texts, scene_objects(objects), Asked())
+        return self._interpreted(texts, scene_objects(objects), Context())
 
     def read_ahead(self, asked: Iterable[tuple[str, Objects | None, Goal]]) -> None:
         """Let the goal network read many texts side by side, which takes less time; `interpret` takes what it read.
@@ -232,7 +195,7 @@ class Interpreter:
         )
 
     def _interpreted(
-        self, texts: Sequence[str], objects: Sequence[SceneObject] | None, context: Asked
+        self, texts: Sequence[str], objects: Sequence[SceneObject] | None, context: Context
     ) -> list[Interpretation]:
         _ = self.parser  # loading it is not part of the time
         started = time.perf_counter()
@@ -240,14 +203,14 @@ class Interpreter:
         each = (time.perf_counter() - started) / max(1, len(texts))
         return [self._decided(one, each, objects) for one in said]
 
-    def _read(self, texts: Sequence[str], objects: Sequence[SceneObject] | None, context: Asked) -> list[_Said]:
+    def _read(self, texts: Sequence[str], objects: Sequence[SceneObject] | None, context: Context) -> list[_Said]:
         """Read texts: the five slots, and goals in the text's words, or what a language model makes of them."""
         before = context.before
         heard = [self._heard(text, objects) for text in texts]
         why_not = [self._why_unreadable(text) for text in texts]
-        if len(texts) > 1 and not self._by_model:
+        if len(texts) > 1 and not self._model.is_asked:
             self._proposer.ahead((said, objects, before) for said, why in zip(heard, why_not, strict=True) if not why)
-        decisive = objects is None and not before.parts and not self._by_model
+        decisive = objects is None and not before.parts and not self._model.is_asked
         slots = iter(self._slots([text for text, why in zip(heard, why_not, strict=True) if not why], decisive))
         found = []
         for text, said, why in zip(texts, heard, why_not, strict=True):
@@ -255,7 +218,7 @@ class Interpreter:
                 found.append(_Said(text, said, unreadable(text, why, self.name), before=before, why_not=why))
                 continue
             read = _with_text(next(slots), text)
-            reply, fallback = self._asked(text, objects, context)
+            reply, fallback = self._model.read(text, objects, context, self.viewpoint)
             worded = self._proposer.propose(said, objects, before) if reply is None else ()
             found.append(_Said(text, said, read, worded, before, reply=reply, fallback=fallback, drawn=context.drawn))
         return found
@@ -277,25 +240,6 @@ class Interpreter:
             return list(self.parser.parse_batch(texts))
         return [partial(self.parser.parse, text) for text in texts]
 
-    def _asked(self, text: str, objects: Sequence[SceneObject] | None, context: Asked) -> tuple[ModelReply | None, str]:
-        """Return what a language model makes of a text, and why the default reader reads it instead, or ""."""
-        from grounding.parsers.llm_reply import IllegalReplyError, LLMError
-
-        try:
-            if self._model is None:
-                return None, self._unusable
-            reply = self._model.read(
-                text, objects, context.before, context.question, context.turns, self.viewpoint, drawn=context.drawn
-            )
-        except LLMError as error:
-            if self._instead is None:
-                raise
-            reason = _without(error)
-            if not isinstance(error, IllegalReplyError):  # it will not answer to the next text either
-                self.__dict__["_model"], self._unusable = None, reason
-            return None, reason
-        return reply, ""
-
     def _why_unreadable(self, text: str) -> str:
         """Say why a text is not read: without words, data, too long, and without a language model another language;
         "" for any other.
@@ -309,7 +253,7 @@ class Interpreter:
             return f"{shortened(text)!r} is JSON, not an instruction; say what to build, for example 'a small circle'"
         if len(text) > MOST_CHARACTERS:
             return f"the instruction is too long: {len(text)} characters; legal: up to {MOST_CHARACTERS}"
-        if self._by_model:
+        if self._model.is_asked:
             return ""  # it may know the language
         # Their names may be words of no language
         figures = [one for one in mentions_of(text, None) if is_shape(one.name)]
@@ -370,7 +314,7 @@ class Interpreter:
     ) -> tuple[list[Candidate], list[Proposal]]:
         """Return what would be decided on: the goals that can be built, judged, and all proposals; see `interpret`."""
         there = scene_objects(objects)
-        (said,) = self._read([text], there, Asked(self._as_spoken(before)))
+        (said,) = self._read([text], there, Context(self._as_spoken(before)))
         proposals = self._proposals(said, there)
         return self._candidates(said, proposals, there), proposals
 
@@ -387,17 +331,7 @@ class Interpreter:
         found = judged(said.heard, proposals, self.verifier, objects, said.before, parse)
         taught = said.as_taught
         named = named_objects(taught, Referents(objects, self.encoder, opposite=self.viewpoint == "opposite"))
-        return [
-            replace(
-                one, unknown=self._unknown(taught, one.proposal), numbers=_lost_numbers(said, one.proposal),
-                unused=_unused(named, said, one.proposal),
-            )
-            for one in found
-        ]  # fmt: skip
-
-    def _unknown(self, text: str, one: Proposal) -> tuple[str, ...]:
-        copied = {word for phrase in _phrases(one) for word in words_of(phrase)}
-        return unknown_words(text, copied, self.encoder.whole_words)
+        return [checked(one, taught, said.before, named, self.encoder.whole_words) for one in found]
 
     def _as_spoken(self, goal: Goal) -> Goal:
         return goal.turned() if self.viewpoint == "opposite" else goal
@@ -408,21 +342,3 @@ def _with_text(slots: Slots, text: str) -> Slots:
     if isinstance(slots, Parse):
         return replace(slots, text=text)
     return cache(lambda: replace(slots(), text=text))
-
-
-def _without(error: Exception) -> str:
-    return f"the language model cannot be used ({error}); the default parser read this instead"
-
-
-def _phrases(one: Proposal) -> tuple[str, ...]:
-    return () if one.worded is None else one.worded.phrases
-
-
-def _unused(named: Sequence[NamedObjects], said: _Said, one: Proposal) -> tuple[str, ...]:
-    return (
-        () if one.goal is None else unused(named, one.goal, said.before, () if one.worded is None else one.worded.kept)
-    )
-
-
-def _lost_numbers(said: _Said, one: Proposal) -> tuple[str, ...]:
-    return () if one.goal is None else lost_numbers(said.as_taught, one.goal, _phrases(one), said.before)

@@ -6,7 +6,14 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from grounding.propose.figure_mentions import HARMLESS, WORDS, Mention, figures_read_otherwise, names_in, shapes_without_size, shapes_without_size
+from grounding.propose.figure_mentions import (
+    HARMLESS,
+    WORDS,
+    Mention,
+    figures_read_otherwise,
+    names_in,
+    shapes_without_size,
+)
 from grounding.resolve.attributes import SceneObject
 from grounding.resolve.function_words import DETERMINERS, FUNCTION_WORDS
 from grounding.resolve.word_forms import singular
