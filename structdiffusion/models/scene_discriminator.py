@@ -3,12 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
 from structdiffusion.models.checkpoint import Checkpointed
 from structdiffusion.models.encoders import fake_scenes
+from structdiffusion.word_tokens import VOCABULARY
+
+
+@dataclass(frozen=True)
+class SceneConfig:
+    """How much of a scene the network can be told.
+
+    Attributes:
+        max_objects: largest number of objects.
+        nouns: number of noun ids besides "unknown" (see `tableware.noun_ids`).
+        vocabulary: number of known word ids, including 0.
+    """
+
+    max_objects: int = 12
+    nouns: int = 7
+    vocabulary: int = VOCABULARY
 
 
 class SceneDiscriminator(Checkpointed):

@@ -14,8 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from structdiffusion.models.encoders import outline_features
-from structdiffusion.models.scene_discriminator import SceneDiscriminator
-from structdiffusion.word_tokens import VOCABULARY
+from structdiffusion.models.scene_discriminator import SceneConfig, SceneDiscriminator
 
 DIRECTIONS = 16  # of an outline (`encoders.outline_features`)
 _MIDDLE, _HALF = (0.45, 0.0), (0.15, 0.25)  # m: where on the table most structures stand
@@ -26,24 +25,18 @@ _SLOTS = 5
 
 
 @dataclass(frozen=True)
-class OutcomeConfig:
+class OutcomeConfig(SceneConfig):
     """Sizes of the network.
 
     Attributes:
         width: of an object's features; a multiple of `heads`.
         layers: number of attention layers.
         heads: of the attention.
-        max_objects: number of places that it knows.
-        nouns: number of noun ids besides "unknown" (see `PoseDiffusion.noun_ids`).
-        vocabulary: number of known word ids, including 0.
     """
 
     width: int = 96
     layers: int = 3
     heads: int = 4
-    max_objects: int = 12
-    nouns: int = 7
-    vocabulary: int = VOCABULARY
 
 
 class _Layer(nn.Module):

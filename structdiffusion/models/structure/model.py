@@ -12,31 +12,24 @@ import torch
 from torch import Tensor, nn
 
 from structdiffusion.models.encoders import PointEncoder
-from structdiffusion.models.scene_discriminator import SceneDiscriminator
-from structdiffusion.word_tokens import VOCABULARY
+from structdiffusion.models.scene_discriminator import SceneConfig, SceneDiscriminator
 
 LOCAL_SLOTS = (0, 1, 4)  # shape, size, rotation: slots that do not depend on the structure's position
 
 
 @dataclass(frozen=True)
-class StructureConfig:
+class StructureConfig(SceneConfig):
     """Sizes of the network.
 
     Attributes:
         width: width of a point's features.
         layers: number of attention layers.
         points: number of points of a whole scene, divided evenly among its objects.
-        max_objects: length of the one-hot object number.
-        nouns: number of noun ids besides "unknown" (see `PoseDiffusion.noun_ids`).
-        vocabulary: number of known word ids, including 0.
     """
 
     width: int = 48
     layers: int = 2
     points: int = 168
-    max_objects: int = 12
-    nouns: int = 7
-    vocabulary: int = VOCABULARY
 
 
 class StructureDiscriminator(SceneDiscriminator):
