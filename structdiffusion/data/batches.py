@@ -202,9 +202,14 @@ class DemonstrationBatches:
     def noun_ids(self, ids: Tensor, nouns: tuple[str, ...], generator: torch.Generator) -> Tensor:
         """Return noun ids (B, N) of objects (B, N), some replaced by "unknown", as in real scenes without nouns."""
         table = torch.tensor(noun_ids(self.categories, nouns), device=self.device)
-        forget = torch.rand(ids.shape, generator=generator, device=self.device) < _FORGET_NOUN
-        forget |= torch.rand(len(ids), 1, generator=generator, device=self.device) < _FORGET_NOUNS
-        return table[ids] * ~forget
+        return with_forgotten(table[ids], _FORGET_NOUN, _FORGET_NOUNS, generator)
+
+
+def with_forgotten(nouns: Tensor, one: float, every: float, generator: torch.Generator) -> Tensor:
+    """Replace noun ids (B, N) by "unknown": those of single objects, and of whole rows, with these probabilities."""
+    forget = torch.rand(nouns.shape, generator=generator, device=generator.device) < one
+    forget |= torch.rand(len(nouns), 1, generator=generator, device=generator.device) < every
+    return nouns * ~forget.to(nouns.device)
 
 
 def widened(columns: dict[str, np.ndarray], places: int) -> dict[str, np.ndarray]:

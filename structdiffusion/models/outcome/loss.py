@@ -9,6 +9,7 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
+from structdiffusion.data.batches import with_forgotten
 from structdiffusion.data.npz_files import read_arrays
 from structdiffusion.models.encoders import outline_features
 from structdiffusion.models.outcome.model import OutcomeDiscriminator, gaps
@@ -105,8 +106,7 @@ def outcome_loss(
     device = next(model.parameters()).device
     *given, right = (torch.cat(parts).to(device) for parts in zip(*batches, strict=True))
     outlines, near, present, nouns, words = given
-    known = torch.rand(nouns.shape, generator=generator) > UNNAMED
-    known &= torch.rand((len(nouns), 1), generator=generator) > NAMELESS
-    logits = model.judged(outlines, near, present, nouns * known.to(device), words)
+    nouns = with_forgotten(nouns, UNNAMED, NAMELESS, generator)
+    logits = model.judged(outlines, near, present, nouns, words)
     loss = nn.functional.binary_cross_entropy_with_logits(logits, right)
     return {"loss": loss, "accuracy": ((logits > 0) == (right > 0.5)).float().mean()}
