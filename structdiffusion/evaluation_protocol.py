@@ -1,4 +1,5 @@
-"""The numbers of the evaluation protocol: what counts as success, each number once, with its unit and its reason.
+"""The numbers of the evaluation protocol: what counts as success, each number once, with its unit and its reason; and
+the names of its failures.
 
 `docs/protocol.md` explains them. Code that checks, aims at or reports one of these limits takes it from here.
 """
@@ -25,6 +26,13 @@ MAX_TILT = math.radians(MAX_TILT_DEGREES)
 SETTLE_SECONDS = 1.5
 # s that the finished structure has to stand, as in the paper.
 FINAL_SECONDS = 2.0
+# Why a structure fails, in the order of the checks; `structdiffusion.protocol.physical_stability` defines them.
+FAILURE_CLASSES = INTERSECTION, ABNORMAL_VELOCITY, NOT_UPRIGHT, SEMANTIC = (
+    "intersection",
+    "abnormal velocity",
+    "not upright",
+    "semantic",
+)
 
 # --- sizes: extent / tightest extent --------------------------------------------------------------
 

@@ -14,7 +14,15 @@ import numpy as np
 
 from agent.pipeline.verdict import judge_built
 from structdiffusion.benchmark.scenes import EvaluationScene
-from structdiffusion.evaluation_protocol import MAX_PENETRATION, MAX_SPEED, RELEASE_HEIGHT, SETTLE_SECONDS
+from structdiffusion.evaluation_protocol import (
+    ABNORMAL_VELOCITY,
+    INTERSECTION,
+    MAX_PENETRATION,
+    MAX_SPEED,
+    NOT_UPRIGHT,
+    RELEASE_HEIGHT,
+    SETTLE_SECONDS,
+)
 from structdiffusion.geometry import pose_from_xyz_yaw, transform_points
 from structdiffusion.objects.model import unique_names
 from structdiffusion.observation import ObjectCloud, Scene
@@ -25,7 +33,6 @@ from structdiffusion.simulation.world import FALLEN, TABLE, TabletopWorld
 from structdiffusion.structures.checks import Check
 
 MODES = ("place", "arm")
-INTERSECTION, ABNORMAL, NOT_UPRIGHT = "intersection", "abnormal velocity", "not upright"
 OTHERS = "objects that take no part and are off their places"  # the name of the check
 _ON_TABLE = 0.005  # m: an object that is lower stands on the table
 
@@ -198,7 +205,7 @@ class Episode:
         world.settle(SETTLE_SECONDS, watch)
         if fastest.max() > MAX_SPEED:
             return Outcome(
-                ABNORMAL, f"the {self.names[int(fastest.argmax())]} moves at {fastest.max():.2f} m/s", (), True
+                ABNORMAL_VELOCITY, f"the {self.names[int(fastest.argmax())]} moves at {fastest.max():.2f} m/s", (), True
             )
         self._expected[index] = goal
         return self._judged()
@@ -230,10 +237,10 @@ class Episode:
         ways = [standing(world, index, goals[index]) for index in range(count, len(goals))]
         off = sum(not way.stands for way in ways)
         checks = (*checks, Check(OTHERS, off == 0, off, "0"))
-        if off and failure not in (ABNORMAL, NOT_UPRIGHT):
-            failure = ABNORMAL
+        if off and failure not in (ABNORMAL_VELOCITY, NOT_UPRIGHT):
+            failure = ABNORMAL_VELOCITY
         wrong = next((check for check in checks if not check.passed), None)
         detail = wrong.sentence if wrong else "everything stands as asked"
         fallen = any(world.pose(index)[2, 3] < FALLEN for index in range(len(goals)))
-        lost = fallen if self.mode == "arm" else failure in (ABNORMAL, NOT_UPRIGHT)
+        lost = fallen if self.mode == "arm" else failure in (ABNORMAL_VELOCITY, NOT_UPRIGHT)
         return Outcome(failure, detail, checks, failure is None or lost, refused)

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grounding.spec import StructureSpec
-from structdiffusion.evaluation_protocol import FINAL_SECONDS, MAX_DISPLACEMENT, MAX_TILT_DEGREES
+from structdiffusion.evaluation_protocol import (
+    ABNORMAL_VELOCITY,
+    FINAL_SECONDS,
+    MAX_DISPLACEMENT,
+    MAX_TILT_DEGREES,
+    NOT_UPRIGHT,
+    SEMANTIC,
+)
 from structdiffusion.protocol.standing import standing
 from structdiffusion.protocol.world_checks import semantic_checks
 from structdiffusion.simulation.world import TabletopWorld
@@ -39,7 +46,7 @@ def judge_built(
         supports: of an object, the one or `TABLE` that it was to rest on, where that is known.
 
     Returns:
-        The first cause of failure, one of `structdiffusion.protocol.semantic.FAILURE_CLASSES` or `None`, and every
+        The first cause of failure, one of `structdiffusion.evaluation_protocol.FAILURE_CLASSES` or `None`, and every
         check.
     """
     world.settle(FINAL_SECONDS, until_rest=False)
@@ -108,9 +115,9 @@ def _verdict(physical: tuple[Check, Check, Check], semantic: Sequence[Check]) ->
     in_place, upright, standing_ones = physical
     failure = None
     if not in_place.passed:
-        failure = "abnormal velocity"
+        failure = ABNORMAL_VELOCITY
     elif not upright.passed:
-        failure = "not upright"
+        failure = NOT_UPRIGHT
     elif not all(check.passed for check in (standing_ones, *semantic)):
-        failure = "semantic"
+        failure = SEMANTIC
     return failure, (*physical, *semantic)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from agent.rendering.text import duration, number, place, slot_label
-from structdiffusion.evaluation_protocol import RELEASE_HEIGHT
+from structdiffusion.evaluation_protocol import INTERSECTION, RELEASE_HEIGHT
 
 
 def describe_row(one: Mapping[str, Any]) -> tuple[str, str, str]:
@@ -141,7 +141,7 @@ def trial_note(payload: Mapping[str, Any]) -> str:
         f"The trial lets {bodies} go {100 * RELEASE_HEIGHT:g} cm above their goals in physics, one after another; "
         "whether the arm can reach and grasp them is not tried."
     )
-    if payload["failure_class"] == "intersection":
+    if payload["failure_class"] == INTERSECTION:
         note += (
             " The goal itself may not reach into anything here, by the protocol; the arm lets go at the same height, "
             "and may build it nonetheless."

@@ -17,9 +17,9 @@ import torch
 
 from grounding.spec import SHAPES
 from structdiffusion.benchmark.scenes import EvaluationScene
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES, INTERSECTION
 from structdiffusion.observation import Arrangement, Scene, StructureGoal
 from structdiffusion.protocol.physical_stability import Verdict
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
 from structdiffusion.structures.structure import LayoutError
 from structdiffusion.worker_process import WORKER_DIED
 
@@ -78,7 +78,7 @@ class SceneResult:
         """
         if not self.verdicts or self.verdicts[0].success:
             return None
-        if self.failure == "intersection":
+        if self.failure == INTERSECTION:
             return list(self.motions @ self.scene.drawn.world_from_initial[: self.scene.drawn.count])
         final = self.verdicts[0].world_from_final
         assert final is not None

@@ -28,13 +28,17 @@ from scipy.spatial import ConvexHull
 from grounding.goals.goal import Goal
 from grounding.spec import StructureSpec
 from structdiffusion.evaluation_protocol import (
+    ABNORMAL_VELOCITY,
     FINAL_SECONDS,
+    INTERSECTION,
     MAX_DISPLACEMENT,
     MAX_PENETRATION,
     MAX_SPEED,
     MAX_TILT,
     MAX_TILT_DEGREES,
+    NOT_UPRIGHT,
     RELEASE_HEIGHT,
+    SEMANTIC,
     SETTLE_SECONDS,
 )
 from structdiffusion.geometry import tilt_between, transform_points
@@ -52,7 +56,7 @@ class Verdict:
 
     Attributes:
         success: whether none of the four failures happened.
-        failure: one of `structdiffusion.protocol.semantic.FAILURE_CLASSES`, or `None`.
+        failure: one of `structdiffusion.evaluation_protocol.FAILURE_CLASSES`, or `None`.
         failed_object: the name of the object that failed, or `None` (semantic failures concern all).
         penetrated: the body that it would penetrate, "table" or the name of an object, or `None`.
         detail: one sentence with the value and its limit.
@@ -239,7 +243,7 @@ def _semantic_failure(checks: Sequence[Check]) -> _Failure | None:
     first = next((check for check in checks if not check.passed), None)
     if first is None:
         return None
-    return _Failure("semantic", None, first.sentence)
+    return _Failure(SEMANTIC, None, first.sentence)
 
 
 class _Trial:
@@ -293,7 +297,7 @@ class _Trial:
             if clearance < -MAX_PENETRATION:
                 thing = "table" if other == TABLE else self.names[other]
                 depth = f"{-clearance * 1000:.1f} mm, allowed {MAX_PENETRATION * 1000:g} mm"
-                raise self._failure("intersection", index, f"would penetrate the {thing} by {depth}", thing)
+                raise self._failure(INTERSECTION, index, f"would penetrate the {thing} by {depth}", thing)
 
     def wait(self, until_rest: bool) -> None:
         """Run two more seconds, or less where everything rests before."""
@@ -305,7 +309,7 @@ class _Trial:
             self._record("speed", speeds[fastest])
             if speeds[fastest] > MAX_SPEED:
                 motion = f"moves at {speeds[fastest]:.2f} m/s, allowed {MAX_SPEED:g} m/s"
-                raise self._failure("abnormal velocity", fastest, motion)
+                raise self._failure(ABNORMAL_VELOCITY, fastest, motion)
 
         self.world.settle(seconds, watch, until_rest)
 
@@ -336,7 +340,7 @@ class _Trial:
         for index, center in enumerate(self.world.centers_of_mass()):
             on_table = table.x_min <= center[0] <= table.x_max and table.y_min <= center[1] <= table.y_max
             if center[2] < 0 or not on_table:
-                raise self._failure("abnormal velocity", index, "leaves the table")
+                raise self._failure(ABNORMAL_VELOCITY, index, "leaves the table")
         poses = self.world.poses()
         for index, rested in self._rested.items():
             shift = float(np.linalg.norm(poses[index][:2, 3] - rested[:2, 3]))
@@ -348,13 +352,13 @@ class _Trial:
                 where = (
                     f"ends {displacement * 100:.1f} cm from its predicted place, allowed {MAX_DISPLACEMENT * 100:g} cm"
                 )
-                raise self._failure("abnormal velocity", index, where)
+                raise self._failure(ABNORMAL_VELOCITY, index, where)
         for index, goal in enumerate(self.expected):
             tilt = tilt_between(poses[index], goal)
             self._record("tilt", tilt)
             if tilt > MAX_TILT:
                 what = f"ends tilted by {math.degrees(tilt):.0f} degrees, allowed {MAX_TILT_DEGREES:g}"
-                raise self._failure("not upright", index, what)
+                raise self._failure(NOT_UPRIGHT, index, what)
 
     def _failure(self, failure: str, index: int, what: str, penetrated: str | None = None) -> _Failure:
         return _Failure(failure, self.names[index], f"the {self.names[index]} {what}", penetrated)

@@ -15,8 +15,6 @@ from structdiffusion.structures import OPEN_SHAPES, structure_named
 from structdiffusion.structures.bodies import PlacedBody
 from structdiffusion.structures.checks import Check
 
-FAILURE_CLASSES = ("intersection", "abnormal velocity", "not upright", "semantic")
-
 
 def check_structure(bodies: Sequence[PlacedBody], spec: StructureSpec, table: Table) -> list[Check]:
     """Check everything that the spec specifies. With an open shape, check as the shape that passes the most.

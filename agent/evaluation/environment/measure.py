@@ -20,9 +20,9 @@ from agent.runtime.worker_pool import workforce
 from grounding.parsers.embedding import EmbeddingParser
 from grounding.spec import SpecError
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.parallel import Lost
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
 from structdiffusion.structures.structure import LayoutError
 
 Job = tuple[str, int]  # a policy and the number of an episode

@@ -31,6 +31,7 @@ from structdiffusion.benchmark.figure_families import BLOCKS, COUNTS, FIGURE_FAM
 from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
 from structdiffusion.data.scene_sampling import SceneError
+from structdiffusion.evaluation_protocol import SEMANTIC
 from structdiffusion.objects.libraries import load_objects
 from structdiffusion.observation import Scene
 from structdiffusion.planners.goal_planner import GoalArrangement
@@ -114,7 +115,7 @@ def _row(config: FiguresConfig, loaded: LoadedPlanners, scene: GoalScene, observ
     except (FigureError, SceneError) as error:
         problem = str(error)
     first = verdicts[0] if verdicts else None
-    if first is not None and first.failure in (None, "semantic"):
+    if first is not None and first.failure in (None, SEMANTIC):
         bodies = scene.bodies_at(np.asarray(first.world_from_final))
         family = named([bodies[i] for i in members], scene.table)
     row = {

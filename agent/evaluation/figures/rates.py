@@ -11,7 +11,7 @@ from agent.evaluation.report import rate_of
 from agent.evaluation.rows import Row, lost_count, measured
 from structdiffusion.benchmark.figure_families import TRANSFERS
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES
 
 _CHANGED = ("two thirds", "up to twice")
 

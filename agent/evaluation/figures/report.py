@@ -9,7 +9,7 @@ from agent.evaluation.goals.report import arm_table
 from agent.evaluation.report import interval, missing_note, percent, print_footer, print_table
 from agent.rendering.text import number
 from structdiffusion.benchmark.figure_families import TRANSFERS
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES
 
 
 def print_figures(report: Mapping[str, Any], results: TextIO) -> None:

@@ -11,7 +11,7 @@ from agent.evaluation.report import rate_of
 from agent.evaluation.rows import Row, lost_count, measured
 from structdiffusion.benchmark.rival_checks import RIVALS
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES, SEMANTIC
 
 
 def rates_of(rows: Sequence[Row]) -> dict[str, Any]:
@@ -56,7 +56,7 @@ def _rival_rates(rows: Sequence[Row], name: str) -> dict[str, Any]:
     that come to rest and fail our checks.
     """
     judged = [row for row in rows if row["rivals"].get(name) is not None]
-    semantic = [row for row in judged if row["failure"] == "semantic"]
+    semantic = [row for row in judged if row["failure"] == SEMANTIC]
     return {
         "accepts": rate_of([row["rivals"][name] for row in judged]),
         "ours": rate_of([row["success"] for row in judged]),

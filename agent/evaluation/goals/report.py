@@ -8,7 +8,7 @@ from typing import Any, TextIO
 from agent.evaluation.report import interval, missing_note, percent, print_footer, print_table
 from agent.rendering.text import number
 from structdiffusion.benchmark.rival_checks import RIVALS
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES
 from structdiffusion.worker_process import WORKER_DIED
 
 _MOST_PARTS = 4  # failed parts that a table names

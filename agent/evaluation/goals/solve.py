@@ -16,6 +16,7 @@ from grounding.goals.parts import StructurePart
 from grounding.spec import SpecError
 from structdiffusion.benchmark.goals import GoalScene
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
+from structdiffusion.evaluation_protocol import SEMANTIC
 from structdiffusion.observation import Scene
 from structdiffusion.planners.goal_planner import GoalArrangement, GoalPlanner
 from structdiffusion.protocol.physical_stability import Verdict
@@ -156,7 +157,7 @@ def rival_verdicts(scene: GoalScene, verdict: Verdict | None) -> dict[str, bool 
 
     What fails physically, or was never proposed, has failed for them too.
     """
-    if verdict is not None and verdict.failure in (None, "semantic") and verdict.world_from_final is not None:
+    if verdict is not None and verdict.failure in (None, SEMANTIC) and verdict.world_from_final is not None:
         return scene.rival_verdicts(np.asarray(verdict.world_from_final))
     known = scene.rival_verdicts(scene.world_from_initial)
     return {name: None if accepts is None else False for name, accepts in known.items()}

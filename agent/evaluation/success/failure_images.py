@@ -13,6 +13,7 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from agent.evaluation.success.results_folder import FAILURES
 from structdiffusion.benchmark.scenes import EvaluationScene
 from structdiffusion.benchmark.success import Row
+from structdiffusion.evaluation_protocol import INTERSECTION
 from structdiffusion.simulation.world import TabletopWorld
 
 _RENDERED = 960, 720  # pixels of each view, before it is cropped
@@ -48,7 +49,7 @@ def failure_picture(scene: EvaluationScene, row: Row) -> bytes:
     there = [(model, np.asarray(pose)) for model, pose in bodies if pose is not None]
     with TabletopWorld([model for model, _ in there], [pose for _, pose in there], drawn.table, scene.camera) as world:
         views = [_cropped(world.picture(view, *_RENDERED)) for view in ("top", "robot")]
-    failed = "where it was predicted" if row["failure"] == "intersection" else "as physics left it"
+    failed = "where it was predicted" if row["failure"] == INTERSECTION else "as physics left it"
     width = sum(view.width for view in views)
     lines = [
         f"{row['model']}, {row['structure']} {row['number']} of seed {row['seed']}; goal: {scene.spec}",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from structdiffusion.benchmark.success import NO_ARRANGEMENT
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES
 from structdiffusion.worker_process import WORKER_DIED
 
 if TYPE_CHECKING:

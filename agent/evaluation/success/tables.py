@@ -12,9 +12,8 @@ from typing import Any
 
 from agent.evaluation.success import paper_results
 from structdiffusion.benchmark.success import NO_ARRANGEMENT, Row
-from structdiffusion.evaluation_protocol import MAX_PENETRATION
+from structdiffusion.evaluation_protocol import FAILURE_CLASSES, MAX_PENETRATION
 from structdiffusion.planners.registry import PLANNERS, PlannerParts
-from structdiffusion.protocol.semantic import FAILURE_CLASSES
 from structdiffusion.worker_process import WORKER_DIED
 
 Report = Mapping[str, Any]

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.environment.episode import ABNORMAL, INTERSECTION, NOT_UPRIGHT, OTHERS, Episode, Move
+from agent.environment.episode import OTHERS, Episode, Move
 from structdiffusion.benchmark.scenes import draw_evaluation_scene
+from structdiffusion.evaluation_protocol import ABNORMAL_VELOCITY, INTERSECTION, NOT_UPRIGHT
 from structdiffusion.geometry import pose_from_xyz_yaw
 from structdiffusion.objects.procedural import procedural_object
 
@@ -62,7 +63,7 @@ def test_what_would_intersect_ends_the_episode_and_stays(episode):
 
 def test_what_falls_from_a_height_ends_the_episode(episode):
     outcome = episode.move(Move(0, 0.45, 0.0, 0.5, 0.0))
-    assert outcome.ended and outcome.failure in (ABNORMAL, NOT_UPRIGHT) and not outcome.success
+    assert outcome.ended and outcome.failure in (ABNORMAL_VELOCITY, NOT_UPRIGHT) and not outcome.success
 
 
 @pytest.mark.parametrize(("index", "why"), [(2, "takes no part"), (7, "there is no object 7")])
@@ -78,7 +79,7 @@ def test_a_bystander_off_its_place_is_a_failure(episode):
     moved[0, 3] -= 0.08
     episode._world.set_pose(2, moved)
     outcome = episode.move(Move(0, 0.45, 0.0, 0.0, 0.0))
-    assert outcome.failure == ABNORMAL and outcome.ended
+    assert outcome.failure == ABNORMAL_VELOCITY and outcome.ended
     assert not next(check for check in outcome.checks if check.name == OTHERS).passed
 
 
