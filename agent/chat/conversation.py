@@ -232,7 +232,7 @@ class Conversation(BuildSession):
 
         def figure_meant(name: str) -> Figure:
             if taught.of_example:
-                return replace(figure_named(like), name=name, nouns=(name,))
+                return figure_named(like)
             return figure_at_hand(self.situation, seen, arranged, name)
 
         figure, path = teach(taught.name, figure_meant)

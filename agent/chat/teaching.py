@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,7 +68,7 @@ def figure_at_hand(situation: Situation, seen: Sequence[ObjectCloud], arranged: 
         situation: of the conversation.
         seen: the objects on the table.
         arranged: whether somebody arranged the table: it is no drawn one.
-        name: of the figure.
+        name: of a figure that is read off objects.
 
     Raises:
         UsageError: where nothing is proposed or built on a drawn table, and where several structures may be meant.
@@ -82,7 +82,7 @@ def figure_at_hand(situation: Situation, seen: Sequence[ObjectCloud], arranged: 
         raise UsageError("no structure is proposed or built yet; say what to build, then what to call it")
     shape = structures[0].shape if structures else None
     if shape is not None and is_figure(shape):
-        return replace(figure_named(shape), name=name, nouns=(name,))  # another name for what is known exactly
+        return figure_named(shape)  # `teach` gives it the other name
     clouds = list(seen if proposal is None else proposal.scene.objects)
     motions = np.repeat(np.eye(4)[None], len(clouds), axis=0)
     if proposal is not None:

@@ -19,7 +19,7 @@ def teach(name: str, read: Callable[[str], Figure]) -> tuple[Figure, Path]:
 
     Args:
         name: what people will call it.
-        read: returns the figure with that name.
+        read: returns the figure for that name; a known one may have its own.
 
     Returns:
         The figure and its file. A figure of this name that was taught before is replaced.
