@@ -7,8 +7,8 @@ The second, of another day: 25 that were mended (12 right at first), and 16 that
 are 30 of a third, "unseen g" are 40 longer ones of a fourth, "unseen h" are 60 of a fifth, of three to six turns, and
 "unseen i" are 40 of a seventh, of four and five; nobody opens them, rates only. "development c" are 60 of another
 writer as twenty people: 21 came out right when they were read for the first time, 22 after an answer, 7 otherwise;
-"development d" are 60 of one more, who wrote harder ones: 10, 17 and 8. "unseen m" and "unseen n" are 60 of two more,
-which nobody opens. A dialogue ends at its first turn that goes wrong.
+"development d" are 60 of one more, who wrote harder ones: 10, 17 and 8. "unseen m", "unseen n", "unseen o" and "unseen
+p" are 60 each of four more, which nobody opens. A dialogue ends at its first turn that goes wrong.
 """
 
 from __future__ import annotations
@@ -67,10 +67,11 @@ def _is(goal, expected, count):
 # Of each set the least that come out right in every turn, right after questions that were answered, and the most that
 # are built otherwise: one off what was measured.
 RATES = [
-    ("development", 27, 34, 4), ("unseen", 14, 16, 1), ("development b", 16, 21, 3), ("unseen b", 12, 12, 3),
-    ("unseen c", 23, 28, 2), ("unseen d", 29, 36, 3), ("unseen e", 23, 25, 4), ("unseen g", 27, 32, 5),
-    ("unseen h", 44, 49, 2), ("unseen i", 23, 30, 4), ("unseen j", 68, 94, 3), ("development c", 31, 46, 4),
-    ("development d", 12, 26, 10), ("unseen m", 29, 45, 2), ("unseen n", 23, 32, 11),
+    ("development", 29, 35, 3), ("unseen", 13, 17, 1), ("development b", 14, 21, 3), ("unseen b", 11, 11, 4),
+    ("unseen c", 23, 27, 2), ("unseen d", 27, 35, 2), ("unseen e", 23, 25, 4), ("unseen g", 28, 32, 5),
+    ("unseen h", 44, 49, 4), ("unseen i", 26, 32, 4), ("unseen j", 72, 97, 4), ("development c", 37, 45, 6),
+    ("development d", 12, 28, 9), ("unseen m", 30, 43, 2), ("unseen n", 26, 36, 9), ("unseen o", 13, 25, 11),
+    ("unseen p", 19, 33, 6),
 ]  # fmt: skip
 
 
@@ -96,7 +97,7 @@ SALAD = [
     ("smaller purple", "purple"), ("bigger, and dance", "dance"), ("add the gronk", "gronk"),
     ("wobble the gorp quickly", "gorp"),
 ]  # fmt: skip
-PASSED_OVER = {"on the left with feelings", "now a circle of doom", "bigger, and dance"}
+PASSED_OVER = {"on the left with feelings", "now a circle of doom"}
 UNSEEN = pytest.mark.xfail(reason="the verifier does not see it yet", strict=False)
 
 
