@@ -1,4 +1,4 @@
-"""A training step computes in bfloat16 only where the processor's products in it are several times as fast."""
+"""A training step computes in bfloat16 only where the processor's products in it are clearly faster."""
 
 import pytest
 import torch
@@ -14,7 +14,9 @@ def _measured_anew():
 
 
 @pytest.mark.parametrize(
-    ("times", "dtype"), [(5.0, torch.bfloat16), (1.5, torch.float32), (0.1, torch.float32)], ids=str
+    ("times", "dtype"),
+    [(5.0, torch.bfloat16), (2.4, torch.bfloat16), (1.5, torch.float32), (0.1, torch.float32)],
+    ids=str,
 )
 def test_precision_of_a_step(monkeypatch, times, dtype):
     seconds = {torch.float32: times, torch.bfloat16: 1.0}
