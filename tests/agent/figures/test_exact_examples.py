@@ -58,7 +58,7 @@ def run(tmp_path_factory):
     """Let the arm copy the gate with what lies elsewhere; return the folder."""
     folder = tmp_path_factory.mktemp("exact")
     like, table = scene(folder / "gate.yaml", GATE), scene(folder / "table.yaml", LAID)
-    words = ["run", "the same in the middle", "--like", str(like), "--exact", "--scene", str(table)]
+    words = ["run", "the same in the middle of the table", "--like", str(like), "--exact", "--scene", str(table)]
     assert command_line([*words, "--model", "geometric", "--out", str(folder / "out")]) == DONE
     return folder / "out"
 
