@@ -133,7 +133,8 @@ class Verdicts:
         """Return the interpretation whose goal is built."""
         proposal, names = chosen.proposal, self.names
         assert proposal.goal is not None
-        goal, notes = self._in_world(proposal.goal), (*proposal.notes, *doubts(chosen.lost))
+        lost = tuple(word for word in chosen.lost if not any(repr(word) in note for note in proposal.notes))
+        goal, notes = self._in_world(proposal.goal), (*proposal.notes, *doubts(lost))
         spec = goal.structures[0].spec if goal.structures else StructureSpec()
         built: dict[str, Any] = {"status": "ok", "message": "; ".join(notes), "goal": goal, "spec": spec}
         if names is None:

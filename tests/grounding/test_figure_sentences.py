@@ -120,6 +120,7 @@ def test_a_size_that_a_shape_cannot_have_is_named(interpreter, text, size, shape
     ignored = f"{size!r} is ignored, because a {shape} has no size" in found.message
     refused = found.status == "refused" and f"{size!r} in {text!r} cannot be built" in found.message
     assert (ignored or refused) if size else "ignored" not in found.message, found.message
+    assert not size or found.message.count(repr(size)) == 1, found.message
 
 
 def test_an_object_may_have_the_size_that_a_shape_cannot_have(interpreter):
