@@ -257,19 +257,22 @@ def _index() -> dict[str, str]:
 def figures_read_otherwise(text: str) -> list[tuple[int, int, str]]:
     """Find the names of figures that are read as other shapes, "an arch" as an arc: their characters, and the shape."""
     figures = figure_nouns()
-    nouns = tuple(noun for noun in _of_shapes() if noun in figures)
-    return [(*one.span(1), _of_shapes()[_bare(one[1])]) for one in _pattern(nouns).finditer(text)]
+    return _found(text, tuple(noun for noun in _of_shapes() if noun in figures))
 
 
 def shapes_without_size(text: str) -> list[tuple[int, int, str]]:
     """Find the nouns of shapes that have no size, "a tower": their characters, and the shape."""
-    nouns = tuple(noun for noun, shape in _of_shapes().items() if "size" not in STRUCTURES[shape].slots)
+    return _found(text, tuple(noun for noun, shape in _of_shapes().items() if "size" not in STRUCTURES[shape].slots))
+
+
+def _found(text: str, nouns: tuple[str, ...]) -> list[tuple[int, int, str]]:
+    """Find nouns of shapes in a text: their characters, and the shape."""
     return [(*one.span(1), _of_shapes()[_bare(one[1])]) for one in _pattern(nouns).finditer(text)]
 
 
 def shapes_named(text: str) -> set[str]:
     """Return the shapes, figures aside, that a text names by a noun or by a verb."""
-    nouns = {_of_shapes()[_bare(found[1])] for found in _pattern(tuple(_of_shapes())).finditer(text)}
+    nouns = {shape for _, _, shape in _found(text, tuple(_of_shapes()))}
     verbs = {
         one.name
         for one in STRUCTURES.values()

@@ -56,9 +56,9 @@ def qualified(text: str, objects: Sequence[SceneObject] | None, mentions: Sequen
     things = set(map(str.lower, names_in(objects)))
     read = {(first, end): shape for first, end, shape in figures_read_otherwise(text)}
     read |= {(one.first, one.end): one.name for one in mentions}
-    bare = {(one.first, one.end) for one in mentions if one.lead}
-    bare |= {(first, end) for first, end, _ in shapes_without_size(text) if (first, end) not in read}
-    read |= {(first, end): shape for first, end, shape in shapes_without_size(text) if (first, end) not in read}
+    plain = {(first, end): shape for first, end, shape in shapes_without_size(text) if (first, end) not in read}
+    bare = {(one.first, one.end) for one in mentions if one.lead} | plain.keys()
+    read |= plain
     after, found = _BUT_SIZE.search(text), list[Qualified]()
     for (first, end), shape in sorted(read.items()):
         words, size = _before(text[:first], things)
