@@ -82,7 +82,7 @@ class Eyes:
         self._solids = [*(cloud.points for cloud in solid.objects), *hidden]
         self._middles = [0.5 * (points.min(axis=0) + points.max(axis=0)).astype(np.float64) for points in self._solids]
         self._bottoms = [cloud.bottom for cloud in every]
-        self.motions = [np.eye(4) for _ in every]
+        self.motions: list[np.ndarray] = [np.eye(4) for _ in every]
         self.measured = list(self.motions)
         self.gone, self.hidden, self.unclear = frozenset[int](), frozenset[int](), frozenset[int]()
         self.unconfirmed, self.doubts = frozenset[int](), dict[int, str]()

@@ -145,9 +145,9 @@ class _TimedReachability(Reachability):
         super().__init__(scene, rng)
         self._clock = scene.clock
 
-    def block(self, *arguments: Any) -> Any:
+    def block(self, *arguments: Any, **options: Any) -> Any:
         with self._clock(REACH):
-            return super().block(*arguments)
+            return super().block(*arguments, **options)
 
     def lines(self, q: np.ndarray, pose: np.ndarray) -> Reach:
         with self._clock(LINES):

@@ -120,8 +120,8 @@ def _compare_methods(methods: Sequence[str], _: object, scene: EvaluationScene) 
             chamfer, iou = truth.errors(body, pose, rng)
             thing[method] = {"chamfer": chamfer, "iou": iou, "seconds": seconds}
             bodies.append((body, pose))
-        with TabletopWorld(*zip(*bodies, strict=True)) as world:
-            start = [pose for _, pose in bodies]
+        start = [pose for _, pose in bodies]
+        with TabletopWorld([body for body, _ in bodies], start) as world:
             everything = itertools.combinations(range(drawn.count), 2)
             row[method] = max(_penetration(world, start, reference, i, j) for i, j in everything)
             for pair, (i, j, motions, _) in zip(row["pairs"], pairs, strict=True):

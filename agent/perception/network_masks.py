@@ -128,7 +128,8 @@ def _nearest_block(sight: Sight, size: int, level: np.ndarray) -> np.ndarray:
     for down in (0, -1, 1):
         for right in (0, -1, 1):
             block = np.clip(row + down, 0, rows - 1) * columns + np.clip(column + right, 0, columns - 1)
-            off = sum((points[axis][block] - own[axis]) ** 2 for axis in range(3))
+            x, y, z = (points[axis][block] - own[axis] for axis in range(3))
+            off = x**2 + y**2 + z**2
             nearer = off < least
             best[nearer], least[nearer] = block[nearer], off[nearer]
     return best

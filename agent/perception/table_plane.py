@@ -86,7 +86,7 @@ def table_plane(points: np.ndarray, up: np.ndarray | None = None) -> TablePlane:
 
 def on_walls(points: np.ndarray, walls: np.ndarray) -> np.ndarray:
     """Return which points (P, 3) lie on one of the planes (W, 4) of walls, as far as noise reaches."""
-    return (np.abs(points @ walls[:, :3].T + walls[:, 3]) < _AT_WALL).any(axis=1)
+    return np.any(np.abs(points @ walls[:, :3].T + walls[:, 3]) < _AT_WALL, axis=1)
 
 
 def _planes(thin: np.ndarray) -> list[np.ndarray]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from threading import RLock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from agent.recordings.recording import RecordedOptions
@@ -111,7 +111,7 @@ class ResourceCache:
         from agent.scenes.sources import SIMULATED, scene_source
 
         if scene != SIMULATED or recorded.given:
-            source = scene_source(scene, objects, recorded, arm)
+            source: Any = scene_source(scene, objects, recorded, arm)
             if hasattr(source, "pictures"):
                 source.pictures = self.pictures
             return source

@@ -93,7 +93,7 @@ def read_rgbd(
     lens = None if intrinsics is not None else find_lens(folder, chosen, list(depths))
     if lens is not None:
         matrix = lens.intrinsics
-        if lens.size not in (None, values.shape[::-1]):
+        if lens.size is not None and lens.size != values.shape[::-1]:
             raise BadInput(
                 f"{str(lens.file)!r} is for pictures of {_by(lens.size)} pixels, but {str(depths[chosen])!r} has "
                 f"{_by(values.shape[::-1])}"

@@ -150,4 +150,5 @@ def _still(reference: np.ndarray, other: np.ndarray) -> bool:
     with np.errstate(invalid="ignore", divide="ignore"):
         both = np.isfinite(reference[..., 2]) & np.isfinite(other[..., 2])
         differ = (other[..., 2] / reference[..., 2] - 1)[both]
-    return bool(both.any()) and float((np.abs(differ) > _SAME).mean()) < _MOVED and abs(np.median(differ)) < _SHIFTED
+    few = float((np.abs(differ) > _SAME).mean()) < _MOVED
+    return bool(both.any() and few and abs(np.median(differ)) < _SHIFTED)

@@ -177,7 +177,7 @@ class RerunLog:
         if not self._has_arm:
             for number, shape in enumerate(link_shapes(table.arm)):
                 place = {"centers": [shape.position], "quaternions": [shape.quaternion]}
-                look = {**place, "colors": [shape.color], "fill_mode": "solid"}
+                look: dict[str, Any] = {**place, "colors": [shape.color], "fill_mode": "solid"}
                 width, _, length = shape.sides
                 solid = (
                     rerun.Cylinders3D(lengths=[length], radii=[width / 2], **look)

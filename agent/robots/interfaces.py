@@ -91,7 +91,7 @@ class Ros2Kortex:
     """
 
     ros = 2
-    states = ("/joint_states", "sensor_msgs/msg/JointState")
+    states: tuple[str, str] = ("/joint_states", "sensor_msgs/msg/JointState")
     arm = ActionName(
         "/joint_trajectory_controller/follow_joint_trajectory", "control_msgs/action/FollowJointTrajectory"
     )

@@ -41,7 +41,7 @@ def features(
         pitch: tangent of the angle between neighbouring pixels in the picture's middle.
         lab: (H, W, 3) colours in CIELAB, or `None`.
     """
-    known = np.isfinite(level).all(axis=-1)
+    known = np.all(np.isfinite(level), axis=-1)
     sight = np.where(known[..., None], level - eye, 0.0)
     distance = np.linalg.norm(sight, axis=-1)
     maps = np.zeros((CHANNELS, *known.shape), dtype=np.float32)

@@ -163,7 +163,7 @@ def other_side(part: Part, said: Tokens, known: Standing) -> Part:
         now = getattr(part, slot, None)
         if now is None and isinstance(part, StructurePart) and not (part.x_position or part.y_position):
             now = getattr(known.slots, slot) if slot in slots_of(part.shape) else None
-        if now not in (None, middle):
+        if now is not None and now != middle:
             new: dict[str, Any] = {slot: OPPOSITE[now]}
             return replace(part, **new)
     raise CannotEdit("it has no side yet; say which side it should be on, for example 'on the left'")

@@ -180,7 +180,7 @@ def _convert(gguf: Path, folder: Path) -> None:
                 source: dict[str, Any] = {
                     "pretrained_model_name_or_path": gguf.parent, "gguf_file": gguf.name, "trust_remote_code": False,
                 }  # fmt: skip
-                tokenizer = AutoTokenizer.from_pretrained(**source)
+                tokenizer: Any = AutoTokenizer.from_pretrained(**source)
                 network = AutoModelForCausalLM.from_pretrained(**source, dtype=torch.float32)
             tokenizer.save_pretrained(unfinished)
             config = network.config.to_dict()

@@ -41,8 +41,8 @@ def average(shares: Mapping[Path, float], out: Path) -> None:
         raise ValueError("the networks are of different forms")
     weights = np.array(list(shares.values())) / sum(shares.values())
     mean = {
-        name: sum(
-            weight * state[name].astype(np.float32) for weight, state in zip(weights, states, strict=True)
+        name: np.sum(
+            [weight * state[name].astype(np.float32) for weight, state in zip(weights, states, strict=True)], axis=0
         ).astype(np.float32)
         for name in states[0]
     }

@@ -139,7 +139,7 @@ class Placer:
         on_table = np.ones(len(origins), bool)
         if unit.vessel is None:
             low, high = origin_range(block, self.state.table)
-            on_table = (np.minimum(origins - low, high - origins) >= -1e-9).all(axis=1)
+            on_table = np.all(np.minimum(origins - low, high - origins) >= -1e-9, axis=1)
         if unit.part is not None:
             wishes.append((unit.said, structure_margins(situation, unit.part, block, origins)))
         names = [item.name for item in self.state.items]

@@ -176,7 +176,8 @@ def _best_cuts(wedges: list[trimesh.Trimesh], middles: list[float]) -> tuple[flo
                     best, least = (slope, offsets), float(np.mean(errors))
         if least < _CHORD_WITHIN:
             break
-    return *best, least
+    slope, offsets = best
+    return slope, offsets, least
 
 
 def _errors(surface: trimesh.Trimesh, hulls: tuple[np.ndarray, ...]) -> np.ndarray:

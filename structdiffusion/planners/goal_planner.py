@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -332,7 +333,7 @@ def _without_physics(planner: StructurePlanner) -> StructurePlanner:
 
     The sentence of a goal of several parts describes no single structure.
     """
-    bare = copy(planner)
+    bare: Any = copy(planner)
     if isinstance(bare, GeometricPlanner):
         bare.rollouts = 0
     elif hasattr(bare, "post_process"):

@@ -48,7 +48,7 @@ class TableSetting(Structure):
 
     def suits(self, thing: ObjectTraits) -> bool:
         """Return whether its noun has a place in the setting."""
-        return thing.category in self.nouns
+        return thing.category in NOUNS
 
     def choose(self, candidates: Sequence[Traits], wanted: int, rng: np.random.Generator, named: bool) -> list[Traits]:
         """Choose a base and one object for each role; where more are wanted, two.

@@ -132,7 +132,7 @@ class UprightFigure(Structure):
         outlines = [turned(items[i].footprint, turn) for i, turn in zip(order, turns)]
         low = np.array([float((outline @ direction).min()) for outline in outlines])
         high = np.array([float((outline @ direction).max()) for outline in outlines])
-        middles = places_along(blocks, high - low)
+        middles = places_along(blocks, (high - low).tolist())
         if middles is None:
             raise LayoutError(f"what bridges {a_structure(self.name)} is too short or too wide to lie on its supports")
         heights: list[float] = []

@@ -48,7 +48,7 @@ class Saying:
 @cache
 def sayings() -> tuple[Saying, ...]:
     """Read all of them."""
-    text = files(__package__).joinpath("interjections.tsv").read_text(encoding="utf-8")
+    text = files("agent.evaluation.interjections").joinpath("interjections.tsv").read_text(encoding="utf-8")
     return tuple(
         Saying(
             number, row["half"], row["table"], row["instruction"], row["sentence"],
@@ -61,7 +61,7 @@ def sayings() -> tuple[Saying, ...]:
 @cache
 def tables() -> dict[str, dict[str, str]]:
     """Read the tables: name -> the name of each object -> its mesh."""
-    return load_yaml(files(__package__).joinpath("tables.yaml").read_text(encoding="utf-8"))
+    return load_yaml(files("agent.evaluation.interjections").joinpath("tables.yaml").read_text(encoding="utf-8"))
 
 
 def write_table(name: str, rng: np.random.Generator, path: Path) -> None:

@@ -65,10 +65,11 @@ def measure_loop(
     rows = goal_rows(
         wanted, solve, library, config.fingerprint(library), "scenes of the loop", workers=workers, out=out
     )  # fmt: skip
-    order = KINDS, LOOP_FAMILIES
-    return goals_report(
-        rows, wanted.key, order, lambda kinds, *rest: config.command(kinds[1:], *rest), rates_of, config.seed
-    )  # fmt: skip
+
+    def command(kinds: Sequence[str], families: Sequence[str], scenes: int) -> str:
+        return config.command(kinds[1:], families, scenes)
+
+    return goals_report(rows, wanted.key, (KINDS, LOOP_FAMILIES), command, rates_of, config.seed)
 
 
 def _rows(config: LoopConfig, loaded: LoadedPlanners, scene: GoalScene, kinds: Sequence[str]) -> list[Row]:

@@ -247,7 +247,7 @@ def _paper_row(name: str, values: Sequence[float]) -> tuple[str, ...]:
 
 def _paper_language(structures: Sequence[str]) -> list[tuple[str, ...]]:
     """Return the success in the paper by language input, in our columns."""
-    rows = []
+    rows = list[tuple[str, ...]]()
     for sentence, values in paper_results.LANGUAGE.items():
         of = dict(zip(paper_results.STRUCTURES, map(str, values), strict=True))
         label = "paper: sentence" if sentence else "paper: word tokens"

@@ -168,7 +168,7 @@ def _checked_listeners(on_event: Any) -> tuple[Callable[[Event], object], ...]:
             f"on_event cannot be {shown(on_event)}; legal: a function of one event, a listener with the method "
             "on_event, or a list of these"
         )
-    return listeners  # type: ignore[return-value]  # mypy does not see that all are callable
+    return listeners  # type: ignore[return-value]  # the checker does not see that all are callable
 
 
 class _Log:
