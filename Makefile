@@ -17,6 +17,7 @@ demo: $(VENV)/.installed
 
 # One test process more than there are cores, of one thread each, because tests also wait. The tests start many commands:
 # compiled modules are kept.
+# With FAST=1 only what took less than a tenth of a second the last time.
 test: $(VENV)/.installed-for-tests
 	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(VENV)/bin/python -m pytest --numprocesses $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --dist worksteal
 

@@ -1,8 +1,10 @@
 """What holds for all tests of a process."""
 
 import gc
+import os
 import shlex
 import signal
+from collections import defaultdict
 
 import pytest
 
@@ -11,14 +13,13 @@ from tests.commands import forked_python
 # Tests of 5 s and more, the longest first, in groups that go to one process after the other: no process is to be busy
 # with such a test when the others have ended, and those of the language model would wait for each other.
 PINNED = "tests/grounding/test_outcomes.py::test_labelled_texts_are_read_as_pinned"
-DIALOGUES = "tests/grounding/dialogue/test_goal_dialogues.py"
+RATES = "tests/grounding/dialogue/test_rates.py::test_rates"
 LONG = (
     (f"{PINNED}[held_out",),
     (f"{PINNED}[free", "tests/grounding/test_slot_sentences.py::test_as_many_sentences"),
     (f"{PINNED}[strangers", "tests/test_code_style.py"),
-    (f"{DIALOGUES}::test_dialogues[unseen j", "tests/grounding/test_figure_sentences.py"),
-    (DIALOGUES,),
-    ("tests/grounding/dialogue/test_unseen_corrections.py",),
+    (f"{RATES}[corrections", "tests/grounding/test_figure_sentences.py"),
+    (RATES,),
     ("tests/agent/batch/test_run.py",),
     ("tests/agent/evaluation/test_",),
     ("tests/grounding/parsers/test_llm_local.py",),
@@ -37,7 +38,34 @@ LONG = (
 )
 
 
+SECONDS = "structagent/seconds"  # in pytest's cache: how long each test took when it ran last
+QUICK = 0.1  # s: of the tests, more than three quarters take less
+
+
+class SecondsOfTests:
+    """Keeps in pytest's cache how long each test takes, which `make test FAST=1` goes by."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config, self._seconds = config, defaultdict[str, float](float)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self._seconds[report.nodeid] += report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        self._config.cache.set(SECONDS, self._config.cache.get(SECONDS, {}) | self._seconds)
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what took longer than `QUICK` when it ran last, where only what is quick is asked for."""
+    if os.environ.get("FAST"):
+        seconds = config.cache.get(SECONDS, {})
+        slow = [item for item in items if seconds.get(item.nodeid, 0.0) > QUICK]
+        items[:] = [item for item in items if seconds.get(item.nodeid, 0.0) <= QUICK]
+        config.hook.pytest_deselected(items=slow)
+    _long_ones_first(config, items)
+
+
+def _long_ones_first(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Let each process, which is given the same number of tests at first, begin with long ones."""
     count = getattr(config, "workerinput", {}).get("workercount", 1)
     groups: list[list[pytest.Item]] = [[] for _ in LONG]
@@ -55,8 +83,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = ordered + others
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Take Ctrl-C's signal, which a shell's background job ignores: tests interrupt themselves and commands with it."""
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(SecondsOfTests(config))
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -9,6 +9,7 @@ from structdiffusion.observation import Table
 
 _STEPS = 80  # in x, between which the largest rectangle is sought
 _LEAST = 0.2  # m, either way, of a table to build on
+_UNSEEN = 0.03  # m of the arm's reach without a table, from which it is noted: less keeps nothing from being built
 
 
 def seen_rectangle(outline: np.ndarray, footprints: np.ndarray) -> Table:
@@ -34,8 +35,8 @@ def seen_rectangle(outline: np.ndarray, footprints: np.ndarray) -> Table:
 
 
 def reachable(surface: Table) -> tuple[Table, tuple[str, ...]]:
-    """Return the part of the surface that the arm reaches, enlarged to the least size that can be built on, and
-    notes.
+    """Return the part of the surface that the arm reaches, enlarged to the least size that can be built on, and notes:
+    where it was enlarged, or less was seen than the arm reaches.
     """
     reach = Table()
     x_min, x_max, extended_x = _shared(surface.x_min, surface.x_max, reach.x_min, reach.x_max)
@@ -46,6 +47,11 @@ def reachable(surface: Table) -> tuple[Table, tuple[str, ...]]:
             f"the arm reaches x {reach.x_min} to {reach.x_max}, y {reach.y_min} to {reach.y_max} m, and the table that "
             f"was seen spans x {surface.x_min:.2f} to {surface.x_max:.2f}, y {surface.y_min:.2f} to "
             f"{surface.y_max:.2f} m: less than {_LEAST} m are in both, and what is built on goes beyond",
+        )
+    elif max(x_min - reach.x_min, reach.x_max - x_max, y_min - reach.y_min, reach.y_max - y_max) > _UNSEEN:
+        notes = (
+            f"of what the arm reaches, the table was seen from x {x_min:.2f} to {x_max:.2f} and from y {y_min:.2f} to "
+            f"{y_max:.2f} m; nothing is built beyond",
         )
     return Table(x_min, x_max, y_min, y_max), notes
 

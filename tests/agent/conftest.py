@@ -116,8 +116,8 @@ def computed_once() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def short_films(monkeypatch):
-    """Take a picture of the arm every 20 s and not every 1.25: drawing them is a third of a build's time."""
-    monkeypatch.setattr("agent.pipeline.film.INTERVAL", 4.0)
+    """Take a picture of the arm every 100 s and not every 1.25: drawing them is a third of a build's time."""
+    monkeypatch.setattr("agent.pipeline.film.INTERVAL", 20.0)
 
 
 @pytest.fixture

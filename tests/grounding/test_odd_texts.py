@@ -32,7 +32,7 @@ def some_objects(texts: OddTexts) -> list[SceneObject]:
 
 def test_phrases_for_objects(encoder):
     texts = OddTexts(3)
-    for _ in range(400):
+    for _ in range(150):
         objects, whole = some_objects(texts), texts.one()
         groups = [PhraseGroup((texts.phrase(),), texts.random.choice(ROLES), part=n) for n in range(3)]
         there = Referents(objects, encoder, opposite=texts.random.random() < 0.3)
@@ -41,14 +41,14 @@ def test_phrases_for_objects(encoder):
 
 def test_instructions(interpreter):
     texts = OddTexts(4)
-    for _ in range(30):
+    for _ in range(15):
         objects = texts.random.choice((None, some_objects(texts)))
         assert interpreter.interpret(texts.one(), objects).status in ("ok", "ask", "refused")
 
 
 def test_corrections(interpreter):
     texts = OddTexts(5)
-    for _ in range(8):
+    for _ in range(4):
         objects = some_objects(texts)
         state, _ = say(Dialogue(), texts.instruction(), interpreter, objects)
         for _ in range(3):

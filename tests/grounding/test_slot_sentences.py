@@ -17,9 +17,9 @@ def _rows(name):
 UNSEEN = pytest.mark.xfail(reason="the verifier does not see it yet", strict=False)
 
 
-@pytest.mark.parametrize(("name", "count", "exact"), [("development_b", 393, 362), ("held_out", 72, 62)])
-def test_as_many_sentences_as_measured_are_exact(interpreter, name, count, exact):
-    rows = _rows(name)
+@pytest.mark.parametrize(("name", "every", "count", "exact"), [("development_b", 3, 131, 120), ("held_out", 1, 72, 62)])
+def test_as_many_sentences_as_measured_are_exact(interpreter, name, every, count, exact):
+    rows = _rows(name)[::every]
     found = interpreter.interpret_many([row.text for row in rows])
     read = (five_slots(one.parse, one.status, one.goal, one.choices) for one in found)
     assert len(rows) == count

@@ -8,6 +8,7 @@ from pathlib import Path
 from grounding.goal_benchmark.rows import goal_scenes
 from grounding.goal_network.vocabulary import NO_GOAL
 from grounding.goals.comparison import compare_goals
+from grounding.goals.goal import Goal
 from grounding.training.goal_corrections import goal_of
 
 ROWS = [
@@ -28,6 +29,7 @@ def outcome(interpreter, scene, text, label):
 
 
 def test_rates(interpreter):
+    interpreter.read_ahead([(text, goal_scenes()[scene], Goal()) for _, scene, text, _ in ROWS])
     wished = Counter(outcome(interpreter, *row) for _, *row in ROWS if row[-1].strip(" .") not in NO_GOAL)
     others = Counter(outcome(interpreter, *row) for _, *row in ROWS if row[-1].strip(" .") in NO_GOAL)
     print(wished, others)

@@ -85,9 +85,8 @@ def test_the_first_table_suits_the_sentence_of_the_readme(cache):
     assert invitation(None) == "Say what to build."
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_what_is_suggested_is_built(cache, sent, seed):
-    options = RunOptions("simulated", model="geometric", seed=seed, hold="weld")
+def test_what_is_suggested_is_built(cache, sent):
+    options = RunOptions("simulated", model="geometric", seed=1, hold="weld")
     with Conversation(options, cache, [sent]) as conversation:
         suggested = conversation.example()
         assert conversation.say(suggested.text)

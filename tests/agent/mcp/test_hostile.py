@@ -1,4 +1,4 @@
-"""A thousand hostile calls: nothing moves, nothing crashes, and every error is one sentence."""
+"""Hundreds of hostile calls: nothing moves, nothing crashes, and every error is one sentence."""
 
 import asyncio
 import math
@@ -13,7 +13,7 @@ from mcp import MCPError
 
 from tests.agent.mcp.conftest import Person, data, plan
 
-CALLS, AT_ONCE = 1000, 50
+CALLS, AT_ONCE = 300, 50
 TOOLS = ("look", "parse", "propose", "propose_again", "preview", "build", "say", "stop", "undo", "report")
 NAMES = ("", "text", "plan_id", "turn", "approve", "approval", "__class__", "self", "context", "\x00", "a" * 5000)
 URIS = (
@@ -82,7 +82,7 @@ class Liar(Person):
         return ElicitResult(action=action, content=content if action == "accept" else None)
 
 
-def test_a_thousand_hostile_calls(served, monkeypatch):
+def test_hostile_calls(served, monkeypatch):
     generator, outcomes = random.Random(0), Counter()
     steps = []
     liar, poses, arm = Liar(generator), served.poses, served.table._talk.table.arm

@@ -103,19 +103,19 @@ def test_replies_are_distributions_over_the_legal_answers_for_hostile_texts(mode
 
 
 def test_templated_sentences_of_the_held_out_splits_are_read(model):
-    rows = [row for row in templated_rows() if row.stratum != "seen"][::40]
-    assert len(rows) >= 20
+    rows = [row for row in templated_rows() if row.stratum != "seen"][::120]
+    assert len(rows) >= 7
     assert score(rows, LLMParser(model).parse_batch([row.text for row in rows]))["exact"]["rate"] >= 0.95
 
 
 def test_development_sentences_are_read(model):
-    rows = development_rows()[::4]
+    rows = development_rows()[::12]
     found = score(rows, LLMParser(model).parse_batch([row.text for row in rows]))
     assert found["exact"]["rate"] >= 0.75
 
 
 def test_a_prompt_with_fewer_examples_still_works(model):
-    rows = [row for row in development_rows() if not row.refuse][::8]
+    rows = [row for row in development_rows() if not row.refuse][::16]
     found = score(rows, LLMParser(model, prompt=FEW).parse_batch([row.text for row in rows]))
     assert found["exact"]["rate"] >= 0.6
 

@@ -105,13 +105,13 @@ def test_answer_and_computed():
 
 
 def test_all_rows_but_few_are_tasks():
-    rows, errors = goal_corrections(), []
+    rows, errors = goal_corrections()[::8], []
     for row in rows:
         try:
             assert KEYWORDS[corrected(row).steps[-1][1][0]] == "<end>"
         except LabelError as error:
             errors.append(str(error))
-    assert len(rows) > 12000 and len(errors) <= 0.01 * len(rows), errors
+    assert len(rows) > 4000 and len(errors) <= 0.01 * len(rows), errors
 
 
 def test_goals_of_labelled_texts():
