@@ -126,9 +126,10 @@ def test_hostile_calls(served, monkeypatch):
         assert (await data(client, "preview", plan_id=await plan(client, "put the cups in a line")))["stands"]
 
     served.speak(conversation)
-    assert sum(outcomes.values()) == CALLS and min(outcomes[kind] for kind in ("refused", "answered")) > 50, outcomes
+    few = CALLS // 25
+    assert sum(outcomes.values()) == CALLS and min(outcomes["refused"], outcomes["answered"]) > few, outcomes
     assert served.stands_at(poses) and arm.configuration().tolist() == joints and not steps
-    assert len(liar.asked) > 50  # so often it came so far that somebody was asked
+    assert len(liar.asked) > few  # so often it came so far that somebody was asked
     lines = served.audit
     assert not [line for line in lines if line["outcome"] == "started" or line["decision"] == "approved"]
     assert not [line["outcome"] for line in lines if line["outcome"].startswith("defect")]
