@@ -22,7 +22,7 @@ Arrays = Mapping[str, np.ndarray]
 
 
 def packed(own: Arrays, base: Arrays) -> dict[str, np.ndarray]:
-    """Return the arrays to store of a network.
+    """Return the arrays to store of a network, row by row: safetensors writes an array as it lies in memory.
 
     Args:
         own: the network's arrays by name.
@@ -34,7 +34,7 @@ def packed(own: Arrays, base: Arrays) -> dict[str, np.ndarray]:
             under = base[name].astype(np.float32) if name in base else np.float32(0.0)
             stored[name + CODES], stored[name + STEP] = _quantised(array.astype(np.float32) - under)
         else:
-            stored[name] = array.astype(np.float16)
+            stored[name] = array.astype(np.float16, order="C")
     return stored
 
 
@@ -74,5 +74,4 @@ def _quantised(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     step = np.abs(values).max(axis=1) / _HALF
     step = np.maximum(step, np.float32(np.finfo(np.float16).tiny)).astype(np.float16)
     levels = np.floor(values / step[:, None].astype(np.float32)) + _HALF
-    # Row by row: safetensors writes an array as it lies in memory, whatever its order.
     return np.clip(levels, 0, 2 * _HALF - 1).astype(np.uint8, order="C"), step

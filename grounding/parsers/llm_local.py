@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grounding.packed_weights import unpacked
 from grounding.parsers.llm_model import DEFAULT_NAME, checksum, default_folder, find_folder, load_model
 from grounding.parsers.llm_reply import ANSWERS, BUILD, LLMError, Reply
 from grounding.parsers.spelling import mend
@@ -86,16 +87,20 @@ def read_adapter(path: Path) -> Adapter:
     Raises:
         LLMError: for a file that is missing or is no adapter.
     """
+    import numpy as np
+    import torch
     from safetensors import SafetensorError, safe_open
 
     if not path.is_file():
         raise LLMError(f"no adapter of the language model at {path}")
     try:
         check_weights(path)
-        with safe_open(path, "pt") as file:
+        with safe_open(path, "numpy") as file:
             about = file.metadata() or {}
-            names = sorted({name.rpartition(".")[0] for name in file.keys()})  # noqa: SIM118 - no mapping
-            matrices = {n: (file.get_tensor(f"{n}.a"), file.get_tensor(f"{n}.b")) for n in names}
+            arrays = unpacked({name: file.get_tensor(name) for name in file.keys()}, {})  # noqa: SIM118 - no mapping
+        tensors = {name: torch.from_numpy(array.astype(np.float32)) for name, array in arrays.items()}
+        names = sorted({name.rpartition(".")[0] for name in tensors})
+        matrices = {name: (tensors[f"{name}.a"], tensors[f"{name}.b"].T) for name in names}
         temperatures = {question: float(json.loads(about["temperatures"])[question]) for question in ANSWERS}
         return Adapter(matrices, temperatures, float(about["build_bias"]), about["model"], checksum(path))
     except (OSError, SafetensorError, KeyError, TypeError, ValueError, RecursionError) as error:

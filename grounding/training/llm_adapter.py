@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from safetensors.torch import save
+from safetensors.numpy import save
 from torch import nn
 from torch.nn import functional
 from transformers import PreTrainedModel
@@ -24,6 +24,7 @@ from transformers import PreTrainedModel
 from grounding.atomic_files import write_whole
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.paraphrases import LabelledText
+from grounding.packed_weights import packed
 from grounding.parsers.llm import MAX_BYTES, PROMPT, LLMParser
 from grounding.parsers.llm_local import ADAPTER, Layout, LocalLLM, read_adapter
 from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE, quotable
@@ -131,17 +132,18 @@ class Trainer:
 
     def save(self, path: Path, temperatures: dict[str, float], build_bias: float, about: dict[str, Any]) -> None:
         """Write the adapter."""
-        tensors = {}
+        arrays = {}
         for name, layer in self.added.items():
-            tensors[f"{name}.a"] = layer.a.detach().bfloat16().contiguous()
-            tensors[f"{name}.b"] = (SCALE * layer.b.detach()).bfloat16().contiguous()
+            arrays[f"{name}.a"] = layer.a.detach().cpu().numpy()
+            # Turned, because each of its few rows is then stored with a step of its own.
+            arrays[f"{name}.b"] = (SCALE * layer.b.detach()).T.cpu().numpy()
         metadata = {
             "model": self.model.folder.name,
             "temperatures": json.dumps(temperatures),
             "build_bias": str(build_bias),
             "training": json.dumps(about),
         }
-        write_whole(path, save(tensors, metadata=metadata))
+        write_whole(path, save(packed(arrays, {}), metadata=metadata))
 
     def hidden_states(self, layouts: Sequence[Layout], seen: object, tokens: int) -> torch.Tensor:
         """Return the last hidden states (B, T, width) after a prompt of that many tokens."""

@@ -7,13 +7,16 @@ import shutil
 import struct
 import sys
 
+import numpy as np
 import pytest
 import torch
 from safetensors import safe_open
+from safetensors.numpy import save
 from tokenizers import Tokenizer, models, pre_tokenizers
 
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from grounding.benchmark import development_rows, score, templated_rows
+from grounding.packed_weights import packed
 from grounding.parsers import llm_model
 from grounding.parsers.llm import LLMParser
 from grounding.parsers.llm_local import ADAPTER, LocalLLM, lay_out, read_adapter
@@ -202,6 +205,18 @@ def test_adapters_that_do_not_fit_are_named(tmp_path):
     small = make_model(tmp_path)
     with pytest.raises(LLMError, match=r"does not fit the language model at model\.layers"):
         LocalLLM(str(small), adapter=ADAPTER).ask(FEW, "a ring")
+
+
+@pytest.mark.parametrize("outputs", [1536, 192], ids=["packed", "too small to be packed"])
+def test_an_adapter_in_eight_bits_is_read_as_it_was(tmp_path, outputs):
+    generator = np.random.default_rng(0)
+    a, b = generator.normal(size=(8, 576)).astype(np.float32), generator.normal(size=(outputs, 8)).astype(np.float32)
+    about = {"temperatures": json.dumps(dict.fromkeys(ANSWERS, 1.0)), "build_bias": "0.5", "model": "a model"}
+    path = tmp_path / "adapter.safetensors"
+    path.write_bytes(save(packed({"up.a": a, "up.b": b.T}, {}), about))
+    read = read_adapter(path).matrices["up"]
+    for array, tensor in zip((a, b), read, strict=True):
+        np.testing.assert_allclose(tensor.numpy(), array, atol=np.abs(array).max() / 128)
 
 
 def test_an_empty_prompt_is_an_error(tmp_path):
