@@ -38,9 +38,9 @@ def packed(own: Arrays, base: Arrays) -> dict[str, np.ndarray]:
     return stored
 
 
-def packed_bytes(own: Arrays, base: Arrays) -> bytes:
-    """Return the file of a network as its difference to another one."""
-    return save(packed(own, base), {"bits": str(BITS)})
+def packed_bytes(own: Arrays, base: Arrays, about: Mapping[str, str] = {}) -> bytes:
+    """Return the file of a network as its difference to another one, with what else is said about it."""
+    return save(packed(own, base), {"bits": str(BITS), **about})
 
 
 def unpacked(stored: Arrays, base: Arrays) -> dict[str, np.ndarray]:

@@ -66,7 +66,7 @@ class Adapter:
     """Low-rank weights: what is added to the matrices of a network, W + B A.
 
     Attributes:
-        matrices: name of a matrix -> (A, B) with shapes (rank, inputs) and (outputs, rank).
+        matrices: name of a matrix -> (A, B) float32 with shapes (rank, inputs) and (outputs, rank).
         temperatures: question -> what its logits are divided by, fitted on sentences not trained on.
         build_bias: what is added to the logit of "build" after that: people ask for more that can be
             built than the training language does.
@@ -226,6 +226,6 @@ def add_adapter(network: PreTrainedModel, adapter: Adapter) -> None:
     for name, (a, b) in adapter.matrices.items():
         try:
             weight = network.get_parameter(f"{name}.weight")
-            weight.copy_(weight.float() + b.float() @ a.float())
+            weight.copy_(weight.float() + b @ a)
         except (AttributeError, RuntimeError) as error:
             raise LLMError(f"the adapter does not fit the language model at {name}: {error}") from error

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from safetensors.numpy import save
 from torch import nn
 from torch.nn import functional
 from transformers import PreTrainedModel
@@ -24,7 +23,7 @@ from transformers import PreTrainedModel
 from grounding.atomic_files import write_whole
 from grounding.benchmark import Row, development_rows, score
 from grounding.corpus.paraphrases import LabelledText
-from grounding.packed_weights import packed
+from grounding.packed_weights import packed_bytes
 from grounding.parsers.llm import MAX_BYTES, PROMPT, LLMParser
 from grounding.parsers.llm_local import ADAPTER, Layout, LocalLLM, read_adapter
 from grounding.parsers.llm_reply import ANSWERS, BUILD, NONE, quotable
@@ -104,7 +103,7 @@ class Trainer:
         if options.start is not None:
             for name, (a, b) in read_adapter(options.start).matrices.items():
                 self.added[name].a.data.copy_(a)
-                self.added[name].b.data.copy_(b.float() / SCALE)
+                self.added[name].b.data.copy_(b / SCALE)
 
     def steps(self, losses: Iterable[torch.Tensor], report: Report, reported: int) -> Iterator[int]:
         """Take all steps, and yield the number of each after it."""
@@ -143,7 +142,7 @@ class Trainer:
             "build_bias": str(build_bias),
             "training": json.dumps(about),
         }
-        write_whole(path, save(packed(arrays, {}), metadata=metadata))
+        write_whole(path, packed_bytes(arrays, {}, metadata))
 
     def hidden_states(self, layouts: Sequence[Layout], seen: object, tokens: int) -> torch.Tensor:
         """Return the last hidden states (B, T, width) after a prompt of that many tokens."""

@@ -16,6 +16,7 @@ import json
 import lzma
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -40,15 +41,11 @@ def dialogues() -> list[dict[str, Any]]:
     return [json.loads(line) for line in lines]
 
 
-def corrections() -> dict[str, list[GoalCorrection]]:
-    """Load the single corrections of each set."""
-    found = {}
-    for path in sorted(FOLDER.glob("*seen_corrections*.tsv")):
-        lines = path.read_text(encoding="utf-8").splitlines()
-        rows = [GoalCorrection(*row) for row in csv.reader(lines, delimiter="\t", quoting=csv.QUOTE_NONE)]
-        # What "5 cm more" comes to has no label.
-        found[path.stem.replace("_corrections", "")] = [row for row in rows if row.after != "computed."]
-    return found
+def corrections(file: str) -> list[GoalCorrection]:
+    """Load the single corrections of a file, but for those that need arithmetic: their goals are not labelled."""
+    lines = (FOLDER / file).read_text(encoding="utf-8").splitlines()
+    rows = (GoalCorrection(*row) for row in csv.reader(lines, delimiter="\t", quoting=csv.QUOTE_NONE))
+    return [row for row in rows if row.after != "computed."]
 
 
 def dialogue_end(reader: ReadBefore, dialogue: Mapping[str, Any]) -> Conversation[str]:
@@ -95,20 +92,23 @@ def correction_end(reader: ReadBefore, row: GoalCorrection) -> Conversation[str]
     yield Dialogue(before), row.text, objects, ()
     state, found = say(Dialogue(before), row.text, reader, objects)
     if not wanted:
-        return "built" if found.status == "ok" and not right(found.goal) else "not built"
+        return "built" if found.status == "ok" else "not built"
     if found.status == "ok":
         return "right" if right(found.goal) else "wrong"
-    if found.status == "unchanged" and right(before) or found.status == "ask" and any(map(right, state.choices)):
-        return "right" if found.status == "unchanged" else "offered"
-    return "refused"
+    if found.status == "unchanged" and right(before):
+        return "right"
+    return "offered" if found.status == "ask" and any(map(right, state.choices)) else "refused"
 
 
+@cache
 def sets() -> dict[str, tuple[Callable[[ReadBefore, Any], Conversation[str]], list[Any]]]:
-    """Return what holds a conversation of each set, and its conversations."""
+    """Load all sets: what holds a conversation of each, and its conversations."""
     found: dict[str, tuple[Callable[[ReadBefore, Any], Conversation[str]], list[Any]]] = {}
     for one in dialogues():
         found.setdefault(f"dialogues {one['set']}", (dialogue_end, []))[1].append(one)
-    return found | {f"corrections {name}": (correction_end, rows) for name, rows in corrections().items()}
+    for path in sorted(FOLDER.glob("*seen_corrections*.tsv")):
+        found[f"corrections {path.stem.replace('_corrections', '')}"] = correction_end, corrections(path.name)
+    return found
 
 
 def ends(interpreter: Interpreter, name: str, every: int = 1) -> Counter[str]:

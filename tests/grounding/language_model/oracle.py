@@ -5,7 +5,6 @@ It answers as a model would: it sees nothing but the messages, and it names obje
 
 from __future__ import annotations
 
-import csv
 import json
 import threading
 from collections.abc import Iterator, Mapping
@@ -18,11 +17,11 @@ from grounding.goal_benchmark.rows import goal_scenes, load_goal_rows
 from grounding.goals.goal import Goal
 from grounding.language_model.goal_schema import ASK, BUILD, NONE, REFUSE
 from grounding.resolve.attributes import SceneObject
-from grounding.training.goal_corrections import GoalCorrection, goal_of
+from grounding.training.goal_corrections import goal_of
 from grounding.training.goal_lines import LabelError
+from tests.grounding.dialogue.rates import corrections
 
 DATA = Path(__file__).parents[3] / "grounding" / "benchmark_data"
-CORRECTIONS = Path(__file__).parents[1] / "dialogue"
 MODEL = "oracle"
 _DECISIONS = {"ok": BUILD, "ask": ASK, "refused": REFUSE}
 _ANSWERS = {"nothing": NONE, "impossible": REFUSE, "unclear": ASK}
@@ -59,12 +58,9 @@ def instruction_rows(file: str) -> Iterator[OracleRow]:
 
 def correction_rows(file: str) -> Iterator[OracleRow]:
     """The rows of a file of corrections, without those whose goal has no label."""
-    lines = (CORRECTIONS / file).read_text(encoding="utf-8").splitlines()
-    for row in (GoalCorrection(*row) for row in csv.reader(lines, delimiter="\t", quoting=csv.QUOTE_NONE)):
+    for row in corrections(file):
         label = row.after.split("||")[0].strip(" .")
         count = len(goal_scenes()[row.scene])
-        if label == "computed":
-            continue
         try:
             goal = None if label in _ANSWERS else goal_of(label, count)
             yield OracleRow(row.text, row.scene, goal_of(row.before, count), _ANSWERS.get(label, BUILD), goal)

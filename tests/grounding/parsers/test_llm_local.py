@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 import torch
 from safetensors import safe_open
-from safetensors.numpy import save
 from tokenizers import Tokenizer, models, pre_tokenizers
 
 from agent.pipeline.instruction_parser import ReadingOptions, make_interpreter
 from grounding.benchmark import development_rows, score, templated_rows
-from grounding.packed_weights import packed
+from grounding.packed_weights import packed_bytes
 from grounding.parsers import llm_model
 from grounding.parsers.llm import LLMParser
 from grounding.parsers.llm_local import ADAPTER, LocalLLM, lay_out, read_adapter
@@ -213,7 +212,7 @@ def test_an_adapter_in_eight_bits_is_read_as_it_was(tmp_path, outputs):
     a, b = generator.normal(size=(8, 576)).astype(np.float32), generator.normal(size=(outputs, 8)).astype(np.float32)
     about = {"temperatures": json.dumps(dict.fromkeys(ANSWERS, 1.0)), "build_bias": "0.5", "model": "a model"}
     path = tmp_path / "adapter.safetensors"
-    path.write_bytes(save(packed({"up.a": a, "up.b": b.T}, {}), about))
+    path.write_bytes(packed_bytes({"up.a": a, "up.b": b.T}, {}, about))
     read = read_adapter(path).matrices["up"]
     for array, tensor in zip((a, b), read, strict=True):
         np.testing.assert_allclose(tensor.numpy(), array, atol=np.abs(array).max() / 128)
